@@ -16,7 +16,6 @@ from nightmap_make.programs import reason_to_build
 from nightmap_make.request import Refused, make_flags
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
-from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import os_error_text, printable
 
 

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <optional>
 
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"

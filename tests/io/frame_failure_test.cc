@@ -5,7 +5,6 @@
 #include <new>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
-#include <tuple>
 #include <vector>
 
 #include "pipeline/base/input_error.h"

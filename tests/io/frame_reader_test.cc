@@ -2,7 +2,6 @@
 #include "pipeline/io/frame_reader.h"
 
 #include <mutex>
-#include <tuple>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/labels_io.h"
 
-#include <tuple>
-
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/frame_failure.h"

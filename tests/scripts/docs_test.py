@@ -5,8 +5,6 @@ import re
 import subprocess
 import tomllib
 import unittest
-from pathlib import Path
-
 
 from fake_site import CHECKOUT  # finds the scripts, so first
 

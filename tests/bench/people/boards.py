@@ -5,7 +5,6 @@ A board is a rigid surface with the colors of its cut-out, seen by rays, so that
 """
 
 import numpy as np
-from PIL import Image
 from scipy import ndimage
 
 PERSON, PERSON_COLOR = 15, (192, 128, 128)  # of PASCAL VOC

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <set>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
