@@ -8,12 +8,10 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 apt-get download -qq libpcl-dev=1.13.0+dfsg-3 libflann-dev=1.9.2+dfsg-1+deb12u1 libflann1.9=1.9.2+dfsg-1+deb12u1 >/dev/null 2>&1
-for package in libpcl*.deb libflann*.deb; do dpkg -x "$package" root; done
+for package in *.deb; do dpkg -x "$package" packages; done
 cat >CMakeLists.txt <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(twice CXX)
-list(PREPEND CMAKE_MODULE_PATH ${CMAKE_SOURCE_DIR}/root/usr/lib/x86_64-linux-gnu/cmake/pcl/Modules)
-list(PREPEND CMAKE_PREFIX_PATH ${CMAKE_SOURCE_DIR}/root/usr)
 function(find_it)
   find_package(FLANN QUIET)
   message(STATUS "found: '${FLANN_FOUND}'")
@@ -21,6 +19,7 @@ endfunction()
 find_it()
 find_it()
 CMAKE
-cmake -S . -B build >seen.txt
+folder_of() { dirname "$folder/$(find packages -name "$1")"; }
+cmake -S . -B build -DCMAKE_MODULE_PATH="$(folder_of FindFLANN.cmake)" -Dflann_DIR="$(folder_of flann-config.cmake)" >seen.txt
 grep found: seen.txt | tee seen
 printf -- "-- found: '%s'\n" ON '' | cmp seen -
