@@ -18,24 +18,12 @@
 #include "pipeline/world/robot_drive.h"
 #include "stages/world/synthesize/robot_recording.h"
 #include "stages/world/synthesize/write_site.h"
+#include "tests/stages/world/synthesize/small_site.h"
 
 namespace nightmap {
 namespace synthesize_test {
 
 namespace fs = std::filesystem;
-
-SynthesizeOptions SmallSite() {
-  SynthesizeOptions options;
-  options.building.num_rooms = 3;
-  options.building.light_map_cell_m = 0.6;
-  options.building.num_light_samples = 2;
-  options.camera.image_width_px = 64;
-  options.camera.image_height_px = 48;
-  options.camera.focal_length_px = 52;
-  options.route.num_frames = 450;
-  options.queries.num_queries = 5;
-  return options;
-}
 
 // Hashes of all pictures, by (is_query, idx).
 std::map<std::pair<bool, std::size_t>, std::string> Hashes(const SynthesizeOptions& options,

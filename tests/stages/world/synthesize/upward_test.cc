@@ -10,19 +10,14 @@
 #include "pipeline/world/robot_drive.h"
 #include "stages/world/synthesize/robot_recording.h"
 #include "stages/world/synthesize/write_site.h"
+#include "tests/stages/world/synthesize/small_site.h"
 
 namespace nightmap {
 namespace upward_test {
 
 // A robot with all sensors, whose upward camera is mounted straight and does not shake.
 SynthesizeOptions RobotSite() {
-  SynthesizeOptions options;
-  options.building.num_rooms = 3;
-  options.building.light_map_cell_m = 0.6;
-  options.building.num_light_samples = 2;
-  options.camera.image_width_px = 64;
-  options.camera.image_height_px = 48;
-  options.camera.focal_length_px = 52;
+  SynthesizeOptions options = SmallSite();
   options.camera.color_noise_levels = 0;
   options.route.num_frames = 150;
   options.route.length_ratio = 0.25;
