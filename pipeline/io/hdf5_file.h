@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -79,10 +80,19 @@ class Hdf5Reader {
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
-  // Where each of `count` lists starts in a flat one of `end` elements, and `end`. Throws DataError
-  // naming file and field unless they start at 0, never decrease, and end with `end`.
+  // The only number of an array. Throws DataError naming file and field on any other size.
+  template <typename T>
+  T ReadOne(const std::string& name) const {
+    const auto values = ReadList<T>(name);
+    Demand(values.size() == 1, name, "is not one number");
+    return values[0];
+  }
+  // Where each of `count` lists (none: any number) starts in a flat one of `end` elements, and
+  // `end`. Throws DataError naming file and field unless they start at 0, never decrease, and end
+  // with `end`. T: int32_t, int64_t.
+  template <typename T = std::int64_t>
   std::vector<std::size_t> ReadOffsets(const std::string& name,
-                                       std::size_t count,
+                                       std::optional<std::size_t> count,
                                        std::size_t end) const;
   // Reads a text of WriteText, or "config". Throws DataError naming file and field when it is
   // missing, not one text of fixed length, not UTF-8, or not as it was written.
@@ -94,7 +104,13 @@ class Hdf5Reader {
               std::string_view why = "is out of range or does not fit the others") const {
     if (!condition) Fail(field, why);
   }
+  // Likewise unless they are indices of `size` things.
+  void DemandIndices(const std::vector<std::vector<int>>& lists,
+                     std::size_t size,
+                     std::string_view field) const;
   [[noreturn]] void Fail(std::string_view field, std::string_view why) const;
+  // Likewise, with the row of `field` that holds `what`.
+  [[noreturn]] void FailRow(std::string_view field, std::size_t row, std::string_view what) const;
   const std::filesystem::path& Path() const { return path_; }
 
  private:

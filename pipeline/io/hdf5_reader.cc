@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/io/hdf5_driver.h"
@@ -97,18 +98,15 @@ Hdf5Reader::~Hdf5Reader() {
   if (file_ >= 0) H5Fclose(file_);
 }
 
+template <typename T>
 std::vector<std::size_t> Hdf5Reader::ReadOffsets(const std::string& name,
-                                                 std::size_t count,
+                                                 std::optional<std::size_t> count,
                                                  std::size_t end) const {
-  const auto values = ReadList<std::int64_t>(name);
-  Demand(values.size() == count + 1, name);
-  std::vector<std::size_t> offsets;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    Demand(values[i] >= (i == 0 ? 0 : values[i - 1]), name, "decreases");
-    offsets.push_back(static_cast<std::size_t>(values[i]));
-  }
-  Demand(offsets.front() == 0 && offsets.back() == end, name);
-  return offsets;
+  const auto values = ReadList<T>(name);
+  Demand(count ? values.size() == *count + 1 : !values.empty(), name);
+  Demand(std::ranges::is_sorted(values), name, "decreases");
+  Demand(values.front() == 0 && static_cast<std::size_t>(values.back()) == end, name);
+  return {values.begin(), values.end()};
 }
 
 std::string Hdf5Reader::ReadText(const std::string& name) const {
@@ -162,6 +160,25 @@ void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
   memory_.Check(path_.string());
   throw ArtifactError(
       "{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
+}
+
+void Hdf5Reader::DemandIndices(const std::vector<std::vector<int>>& lists,
+                               std::size_t size,
+                               std::string_view field) const {
+  for (const int index : lists | std::views::join) {
+    if (index < 0 || static_cast<std::size_t>(index) >= size) {
+      Fail(field, fmt::format("has index {} out of range", index));
+    }
+  }
+}
+
+void Hdf5Reader::FailRow(std::string_view field, std::size_t row, std::string_view what) const {
+  memory_.Check(path_.string());
+  throw ArtifactError("{}: row {} holds {} in field '{}'; delete the file and run make",
+                      path_.string(),
+                      row,
+                      what,
+                      field);
 }
 
 void Hdf5Reader::CheckLinks(const std::string& name) const {
@@ -223,5 +240,11 @@ NIGHTMAP_INSTANTIATE(std::int64_t)
 NIGHTMAP_INSTANTIATE(float)
 NIGHTMAP_INSTANTIATE(double)
 #undef NIGHTMAP_INSTANTIATE
+template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int32_t>(const std::string&,
+                                                                        std::optional<std::size_t>,
+                                                                        std::size_t) const;
+template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int64_t>(const std::string&,
+                                                                        std::optional<std::size_t>,
+                                                                        std::size_t) const;
 
 }  // namespace nightmap
