@@ -7,8 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "pipeline/io/hdf5_file.h"
-#include "pipeline/io/pose_arrays.h"
+#include "pipeline/io/hdf5_table.h"
 
 namespace nightmap {
 namespace {
@@ -48,26 +47,24 @@ void CheckTimes(const Hdf5Reader& file, const std::vector<SensorEdge>& edges) {
   }
 }
 
-void WriteMounting(const Mounting& mounting, Hdf5Writer* file) {
-  Array<double> sensor{0, 7, {}}, cameras{0, 7, {}};
-  AppendPose(mounting.robot_from_sensor, &sensor);
-  for (const Rigid3& robot_from_camera : mounting.robot_from_camera) {
-    AppendPose(robot_from_camera, &cameras);
-  }
-  file->Write("robot_from_sensor", sensor);
-  file->Write("robot_from_camera", cameras);
-}
+constexpr auto kEdges = Hdf5Table<SensorEdge>(
+    Hdf5Column("kind", &SensorEdge::kind)
+        .Rows([](const SensorEdge& edge) { return edge.kind <= EdgeKind::kPrior; },
+              "has an unknown kind"),
+    Hdf5Column("time_ns", &SensorEdge::source_time_ns, &SensorEdge::target_time_ns),
+    Hdf5Column("target_from_source", &SensorEdge::target_from_source),
+    Hdf5Column("covariance", &SensorEdge::covariance)
+        .Rows([](const SensorEdge& edge) { return IsCovariance(edge.covariance); },
+              "is not symmetric and positive definite"));
 
-std::optional<Mounting> ReadMounting(const Hdf5Reader& file, const std::filesystem::path& path) {
+constexpr auto kSensorPose = Hdf5Table<Rigid3>(Hdf5Column("robot_from_sensor", kItself));
+constexpr auto kCameraPoses = Hdf5Table<Rigid3>(Hdf5Column("robot_from_camera", kItself));
+
+std::optional<Mounting> ReadMounting(const Hdf5Reader& file) {
   if (!file.Has("robot_from_sensor")) return std::nullopt;
-  const auto sensor = file.Read<double>("robot_from_sensor", 7);
-  const auto cameras = file.Read<double>("robot_from_camera", 7);
-  file.Demand(sensor.rows == 1, "robot_from_sensor");
-  Mounting mounting{PoseAt(sensor, 0, path), {}};
-  for (std::size_t i = 0; i < cameras.rows; ++i) {
-    mounting.robot_from_camera.push_back(PoseAt(cameras, i, path));
-  }
-  return mounting;
+  const auto sensor = kSensorPose.Read(file);
+  file.Demand(sensor.size() == 1, "robot_from_sensor");
+  return Mounting{sensor[0], kCameraPoses.Read(file)};
 }
 
 }  // namespace
@@ -75,15 +72,6 @@ std::optional<Mounting> ReadMounting(const Hdf5Reader& file, const std::filesyst
 void WriteEdges(const std::filesystem::path& path,
                 const SensorEdges& edges,
                 const std::string& config) {
-  std::vector<std::uint8_t> kind;
-  Array<std::int64_t> time_ns{edges.edges.size(), 2, {}};
-  Array<double> pose{0, 7, {}}, covariance{0, 36, {}};
-  for (const SensorEdge& edge : edges.edges) {
-    kind.push_back(static_cast<std::uint8_t>(edge.kind));
-    time_ns.values.insert(time_ns.values.end(), {edge.source_time_ns, edge.target_time_ns});
-    AppendPose(edge.target_from_source, &pose);
-    AppendCovariance(edge.covariance, &covariance);
-  }
   Hdf5Writer file(
       path,
       kEdgesFormat,
@@ -91,39 +79,21 @@ void WriteEdges(const std::filesystem::path& path,
       config,
       "metres; rad; covariance: rotation, then translation, along the axes of the target");
   file.WriteText("sensor", edges.sensor);
-  file.WriteList("kind", kind);
-  file.Write("time_ns", time_ns);
-  file.Write("target_from_source", pose);
-  file.Write("covariance", covariance);
-  if (edges.mounting) WriteMounting(*edges.mounting, &file);
+  kEdges.Write(edges.edges, &file);
+  if (edges.mounting) {
+    kSensorPose.Write(std::array{edges.mounting->robot_from_sensor}, &file);
+    kCameraPoses.Write(edges.mounting->robot_from_camera, &file);
+  }
   file.Close();
 }
 
 SensorEdges ReadEdges(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kEdgesFormat, kEdgesVersion);
-  SensorEdges edges;
-  edges.sensor = file.ReadText("sensor");
-  const auto kind = file.ReadList<std::uint8_t>("kind");
-  const auto time_ns = file.Read<std::int64_t>("time_ns", 2);
-  const auto pose = file.Read<double>("target_from_source", 7);
-  const auto covariance = file.Read<double>("covariance", 36);
+  SensorEdges edges{file.ReadText("sensor"), {}, {}};
   file.Demand(!edges.sensor.empty(), "sensor", "is empty");
-  file.Demand(time_ns.rows == kind.size(), "time_ns");
-  file.Demand(pose.rows == kind.size(), "target_from_source");
-  file.Demand(covariance.rows == kind.size(), "covariance");
-  for (std::size_t i = 0; i < kind.size(); ++i) {
-    file.Demand(kind[i] <= static_cast<int>(EdgeKind::kPrior), "kind", "has an unknown kind");
-    edges.edges.push_back({static_cast<EdgeKind>(kind[i]),
-                           time_ns.values[2 * i],
-                           time_ns.values[2 * i + 1],
-                           PoseAt(pose, i, path),
-                           CovarianceAt(covariance, i)});
-    file.Demand(IsCovariance(edges.edges[i].covariance),
-                "covariance",
-                "is not symmetric and positive definite");
-  }
+  edges.edges = kEdges.Read(file);
   CheckTimes(file, edges.edges);
-  edges.mounting = ReadMounting(file, path);
+  edges.mounting = ReadMounting(file);
   return edges;
 }
 

@@ -2,7 +2,7 @@
 #include "pipeline/io/masks_io.h"
 
 #include "pipeline/base/files.h"
-#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/hdf5_table.h"
 
 namespace nightmap {
 namespace {
@@ -14,6 +14,13 @@ constexpr std::uint8_t kMoving = 255;
 std::uint64_t NumPixels(const PackedMask& packed) {
   return static_cast<std::uint64_t>(packed.width) * static_cast<std::uint64_t>(packed.height);
 }
+
+constexpr auto kPackedMasks = Hdf5Table<PackedMask>(
+    Hdf5Column("time_ns", &PackedMask::time_ns)
+        .Pairs(Ascending(&PackedMask::time_ns), "does not ascend"),
+    Hdf5Column("size_px", &PackedMask::width, &PackedMask::height).Elements(kPositive),
+    Hdf5Lists(
+        "run_offset", &PackedMask::runs, Hdf5Table<std::uint32_t>(Hdf5Column("run", kItself))));
 
 }  // namespace
 
@@ -66,43 +73,16 @@ bool FillsPicture(const PackedMask& packed) {
 void WriteMasks(const std::filesystem::path& path,
                 const std::vector<PackedMask>& masks,
                 const std::string& config) {
-  std::vector<std::int64_t> time_ns, offset = {0};
-  Array<std::int32_t> size_px{masks.size(), 2, {}};
-  std::vector<std::uint32_t> runs;
-  for (const PackedMask& mask : masks) {
-    time_ns.push_back(mask.time_ns);
-    size_px.values.insert(size_px.values.end(), {mask.width, mask.height});
-    runs.insert(runs.end(), mask.runs.begin(), mask.runs.end());
-    offset.push_back(static_cast<std::int64_t>(runs.size()));
-  }
   Hdf5Writer file(path, kMasksFormat, kMasksVersion, config, "pixels");
-  file.WriteList("time_ns", time_ns);
-  file.Write("size_px", size_px);
-  file.WriteList("run_offset", offset);
-  file.WriteList("run", runs);
+  kPackedMasks.Write(masks, &file);
   file.Close();
 }
 
 std::vector<PackedMask> ReadMasks(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kMasksFormat, kMasksVersion);
-  const auto time_ns = file.ReadList<std::int64_t>("time_ns");
-  const auto size_px = file.Read<std::int32_t>("size_px", 2);
-  const auto offset = file.ReadList<std::int64_t>("run_offset");
-  const auto runs = file.ReadList<std::uint32_t>("run");
-  file.Demand(size_px.rows == time_ns.size(), "size_px");
-  file.Demand(offset.size() == time_ns.size() + 1 && offset.front() == 0 &&
-                  offset.back() == static_cast<std::int64_t>(runs.size()),
-              "run_offset");
-  std::vector<PackedMask> masks;
-  for (std::size_t i = 0; i < time_ns.size(); ++i) {
-    file.Demand(i == 0 || time_ns[i - 1] < time_ns[i], "time_ns", "does not ascend");
-    file.Demand(0 <= offset[i] && offset[i] <= offset[i + 1] && offset[i + 1] <= offset.back(),
-                "run_offset");
-    const int width = size_px.values[2 * i], height = size_px.values[2 * i + 1];
-    file.Demand(width > 0 && height > 0, "size_px");
-    masks.push_back(
-        {time_ns[i], width, height, {runs.begin() + offset[i], runs.begin() + offset[i + 1]}});
-    file.Demand(FillsPicture(masks.back()), "run", "does not fill its picture");
+  auto masks = kPackedMasks.Read(file);
+  for (const PackedMask& mask : masks) {
+    file.Demand(FillsPicture(mask), "run", "does not fill its picture");
   }
   return masks;
 }
