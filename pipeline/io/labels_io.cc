@@ -14,6 +14,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/hdf5_table.h"
 
 namespace nightmap {
 namespace {
@@ -79,10 +80,14 @@ LabelClasses ReadClasses(const Hdf5Reader& file) {
   return classes;
 }
 
-template <typename T>
-bool Ascends(const std::vector<T>& values) {
-  return std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end();
-}
+constexpr auto kLabelledFrames = Hdf5Table<PackedLabels>(
+    Hdf5Column("frame_idx", &PackedLabels::frame_idx)
+        .Elements(kNotNegative)
+        .Pairs(Ascending(&PackedLabels::frame_idx)),
+    Hdf5Column("time_ns", &PackedLabels::time_ns).Pairs(Ascending(&PackedLabels::time_ns)),
+    Hdf5Column("size_px", &PackedLabels::width, &PackedLabels::height).Elements([](int size_px) {
+      return size_px > 0 && size_px <= kMaxLabelsSize_px;
+    }));
 
 }  // namespace
 
@@ -121,14 +126,6 @@ std::string HashOf(const PackedLabels& packed, const std::vector<std::string>& c
 void WriteLabels(const std::filesystem::path& path,
                  const LabelsShard& shard,
                  const std::string& config) {
-  std::vector<std::int32_t> frame_idx;
-  std::vector<std::int64_t> times_ns;
-  Array<std::int32_t> sizes_px{shard.frames.size(), 2, {}};
-  for (const PackedLabels& frame : shard.frames) {
-    frame_idx.push_back(frame.frame_idx);
-    times_ns.push_back(frame.time_ns);
-    sizes_px.values.insert(sizes_px.values.end(), {frame.width, frame.height});
-  }
   Hdf5Writer file(path,
                   kLabelsFormat,
                   kLabelsVersion,
@@ -136,9 +133,7 @@ void WriteLabels(const std::filesystem::path& path,
                   "pixels of the color image; confidences 255 times the probability");
   WriteClassNames(shard.classes.names, &file);
   file.WriteList("moving", shard.classes.moving);
-  file.WriteList("frame_idx", frame_idx);
-  file.WriteList("time_ns", times_ns);
-  file.Write("size_px", sizes_px);
+  kLabelledFrames.Write(shard.frames, &file);
   for (const PackedLabels& frame : shard.frames) {
     file.WriteList(LabelsField(frame.time_ns), frame.labels);
     file.WriteList(ConfidencesField(frame.time_ns), frame.confidences);
@@ -147,32 +142,19 @@ void WriteLabels(const std::filesystem::path& path,
 }
 
 LabelsReader::LabelsReader(const std::filesystem::path& path)
-    : file_(path, kLabelsFormat, kLabelsVersion), classes_(ReadClasses(file_)) {
-  frame_idx_ = file_.ReadList<std::int32_t>("frame_idx");
-  times_ns_ = file_.ReadList<std::int64_t>("time_ns");
-  const auto sizes_px = file_.Read<std::int32_t>("size_px", 2);
-  sizes_px_ = sizes_px.values;
-  file_.Demand(Ascends(frame_idx_) && (frame_idx_.empty() || frame_idx_[0] >= 0), "frame_idx");
-  file_.Demand(times_ns_.size() == frame_idx_.size() && Ascends(times_ns_), "time_ns");
-  const auto is_size = [](std::int32_t size_px) {
-    return size_px > 0 && size_px <= kMaxLabelsSize_px;
-  };
-  file_.Demand(sizes_px.rows == frame_idx_.size() && std::ranges::all_of(sizes_px_, is_size),
-               "size_px");
-}
+    : file_(path, kLabelsFormat, kLabelsVersion),
+      classes_(ReadClasses(file_)),
+      frames_(kLabelledFrames.Read(file_)) {}
 
 PackedLabels LabelsReader::ReadPacked(std::int64_t time_ns) const {
-  const auto found = std::ranges::lower_bound(times_ns_, time_ns);
-  file_.Demand(found != times_ns_.end() && *found == time_ns,
+  const auto found = std::ranges::lower_bound(frames_, time_ns, {}, &PackedLabels::time_ns);
+  file_.Demand(found != frames_.end() && found->time_ns == time_ns,
                "time_ns",
                fmt::format("does not hold {}", time_ns));
-  const auto i = static_cast<std::size_t>(found - times_ns_.begin());
-  return {frame_idx_[i],
-          time_ns,
-          sizes_px_[2 * i],
-          sizes_px_[2 * i + 1],
-          file_.ReadList<std::uint8_t>(LabelsField(time_ns)),
-          file_.ReadList<std::uint8_t>(ConfidencesField(time_ns))};
+  PackedLabels packed = *found;
+  packed.labels = file_.ReadList<std::uint8_t>(LabelsField(time_ns));
+  packed.confidences = file_.ReadList<std::uint8_t>(ConfidencesField(time_ns));
+  return packed;
 }
 
 Segmentation LabelsReader::Read(std::int64_t time_ns) const { return Unpack(ReadPacked(time_ns)); }

@@ -65,9 +65,8 @@ class LabelsReader {
   explicit LabelsReader(const std::filesystem::path& path);
 
   const LabelClasses& Classes() const { return classes_; }
-  // Ascending.
-  const std::vector<std::int64_t>& Times_ns() const { return times_ns_; }
-  const std::vector<std::int32_t>& FrameIndices() const { return frame_idx_; }
+  // In order of frame_idx and of time, without their images.
+  const std::vector<PackedLabels>& Frames() const { return frames_; }
   // Throws DataError naming file and field when no frame has that time, or when its images are
   // damaged or have a label of no class.
   PackedLabels ReadPacked(std::int64_t time_ns) const;
@@ -78,9 +77,7 @@ class LabelsReader {
  private:
   Hdf5Reader file_;
   LabelClasses classes_;
-  std::vector<std::int64_t> times_ns_;
-  std::vector<std::int32_t> frame_idx_;
-  std::vector<std::int32_t> sizes_px_;  // width, height per frame
+  std::vector<PackedLabels> frames_;
 };
 
 }  // namespace nightmap

@@ -37,7 +37,10 @@ void KeptLabels::Read() {
   const CsvFile csv(SourcesOf(labels_), kSourcesHeader);
   for (const CsvRow& row : csv.Rows()) {
     // A run that was killed may have left the sources of labels that it did not.
-    if (!std::ranges::binary_search(reader_->Times_ns(), row.Integer(0))) continue;
+    if (!std::ranges::binary_search(
+            reader_->Frames(), row.Integer(0), {}, &PackedLabels::time_ns)) {
+      continue;
+    }
     PackedLabels packed = reader_->ReadPacked(row.Integer(0));
     if (HashOf(packed, reader_->Classes().names) != row.Text(2)) continue;
     packed_[row.Text(1)] = std::move(packed);

@@ -187,7 +187,7 @@ TEST_F(CorruptArtifactsTest, Landmarks) {
 TEST_F(CorruptArtifactsTest, Labels) {
   Expect("a.h5", WriteSomeLabels, [](const Path& path) {
     const LabelsReader reader(path);
-    for (const std::int64_t time_ns : reader.Times_ns()) reader.Read(time_ns);
+    for (const PackedLabels& frame : reader.Frames()) reader.Read(frame.time_ns);
   });
 }
 

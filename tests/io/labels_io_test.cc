@@ -13,7 +13,7 @@ namespace labels_io_test {
 constexpr int kVersion = 2;
 const auto kRead = [](const std::filesystem::path& path) {
   const LabelsReader reader(path);
-  for (const std::int64_t time_ns : reader.Times_ns()) reader.Read(time_ns);
+  for (const PackedLabels& frame : reader.Frames()) reader.Read(frame.time_ns);
 };
 
 LabelClasses SomeClasses() { return {{"background", "person", "potted plant"}, {0, 1, 0}}; }
@@ -41,7 +41,9 @@ TEST(LabelsIo, ReadsBackEachFrameByItsTime) {
   WriteLabels(folder / "l.h5", shard, "config");
   const LabelsReader reader(folder / "l.h5");
   EXPECT_EQ(reader.Classes(), shard.classes);
-  EXPECT_THAT(reader.FrameIndices(), testing::ElementsAre(4, 7, 8));
+  std::vector<int> frame_idx;
+  for (const PackedLabels& frame : reader.Frames()) frame_idx.push_back(frame.frame_idx);
+  EXPECT_THAT(frame_idx, testing::ElementsAre(4, 7, 8));
   for (std::uint64_t i = 0; i < 3; ++i) {
     const std::int64_t time_ns = shard.frames[i].time_ns;
     const Segmentation read = reader.Read(time_ns);
@@ -91,7 +93,7 @@ TEST(FrameLabels, WhatIsWrongWithAFileOfLabelsIsNoFailureOfAPicture) {
 TEST(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {
   const TemporaryFolder folder;
   WriteLabels(folder / "l.h5", {SomeClasses(), {}}, "");
-  EXPECT_TRUE(LabelsReader(folder / "l.h5").Times_ns().empty());
+  EXPECT_TRUE(LabelsReader(folder / "l.h5").Frames().empty());
 }
 
 TEST(LabelsIo, EqualContentIsEqualBytes) {
@@ -99,8 +101,8 @@ TEST(LabelsIo, EqualContentIsEqualBytes) {
   WriteLabels(folder / "a.h5", SomeShard(), "config");
   const LabelsReader reader(folder / "a.h5");
   LabelsShard read{reader.Classes(), {}};
-  for (const std::int64_t time_ns : reader.Times_ns()) {
-    read.frames.push_back(reader.ReadPacked(time_ns));
+  for (const PackedLabels& frame : reader.Frames()) {
+    read.frames.push_back(reader.ReadPacked(frame.time_ns));
   }
   WriteLabels(folder / "b.h5", read, "config");
   EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));

@@ -66,7 +66,9 @@ TEST_F(KeptLabelsTest, FramesWithOtherNumbersAndTimesKeepTheirs) {
   Run();
   EXPECT_EQ(num_new_, 0);
   const LabelsReader reader(Labels());
-  EXPECT_EQ(reader.FrameIndices(), (std::vector<std::int32_t>{111, 112, 114}));
+  std::vector<int> frame_idx;
+  for (const PackedLabels& frame : reader.Frames()) frame_idx.push_back(frame.frame_idx);
+  EXPECT_EQ(frame_idx, (std::vector<int>{111, 112, 114}));
   EXPECT_EQ(reader.Read(frames_[3].time_ns).labels.pixels, LabelsOf(kFrames[3], {}).labels.pixels);
 }
 
