@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/hdf5_table.h"
 #include "pipeline/io/labels_io.h"
 
 namespace nightmap {
@@ -15,25 +15,19 @@ constexpr int kKeyReach = 1 << 15;  // of an octree of depth 16
 
 bool InReach(std::int32_t coordinate) { return coordinate >= -kKeyReach && coordinate < kKeyReach; }
 
-void ReadKeys(const Hdf5Reader& file, VoxelLabels* voxels) {
-  const auto keys = file.Read<std::int32_t>("key", 3);
-  file.Demand(std::ranges::all_of(keys.values, InReach), "key");
-  voxels->keys.reserve(keys.rows);
-  for (std::size_t i = 0; i < keys.rows; ++i) {
-    const std::int32_t* key = &keys.values[3 * i];
-    voxels->keys.emplace_back(key[0], key[1], key[2]);
-  }
-  const auto does_not_ascend = [](const VoxelKey& a, const VoxelKey& b) {
-    return MortonCode(a) >= MortonCode(b);
-  };
-  file.Demand(std::ranges::adjacent_find(voxels->keys, does_not_ascend) == voxels->keys.end(),
-              "key",
-              "is not in Morton order");
-}
+constexpr auto kKeys = Hdf5Table<VoxelKey>(
+    Hdf5Column("key", kItself)
+        .Elements(InReach)
+        .Pairs([](const VoxelKey& a, const VoxelKey& b) { return MortonCode(a) < MortonCode(b); },
+               "is not in Morton order"));
+constexpr auto kNumViews =
+    Hdf5Table<std::int32_t>(Hdf5Column("num_views", kItself).Elements(kNotNegative));
+constexpr auto kVoteWeights =
+    Hdf5Table<float>(Hdf5Column("vote_weight", kItself).Elements(kPositive));
 
 void ReadVotes(const Hdf5Reader& file, VoxelLabels* voxels) {
   voxels->vote_labels = file.ReadList<std::uint8_t>("vote_label");
-  voxels->vote_weights = file.ReadList<float>("vote_weight");
+  voxels->vote_weights = kVoteWeights.Read(file);
   const std::size_t num_votes = voxels->vote_labels.size();
   voxels->vote_offsets = file.ReadOffsets("vote_offset", voxels->Size(), num_votes);
   for (std::size_t i = 0; i < voxels->Size(); ++i) {
@@ -50,9 +44,7 @@ void ReadVotes(const Hdf5Reader& file, VoxelLabels* voxels) {
                                   [&](std::uint8_t l) { return l < voxels->classes.size(); }),
               "vote_label",
               "has a label of no class");
-  file.Demand(voxels->vote_weights.size() == num_votes &&
-                  std::ranges::all_of(voxels->vote_weights, [](float w) { return w > 0; }),
-              "vote_weight");
+  file.Demand(voxels->vote_weights.size() == num_votes, "vote_weight");
 }
 
 }  // namespace
@@ -70,11 +62,6 @@ VoxelLabel LabelOf(const VoxelLabels& voxels, std::size_t i) {
 void WriteVoxelLabels(const std::filesystem::path& path,
                       const VoxelLabels& voxels,
                       const std::string& config) {
-  Array<std::int32_t> keys{voxels.Size(), 3, {}};
-  keys.values.reserve(3 * voxels.Size());
-  for (const VoxelKey& key : voxels.keys) {
-    keys.values.insert(keys.values.end(), {key.x(), key.y(), key.z()});
-  }
   Hdf5Writer file(path,
                   kVoxelLabelsFormat,
                   kVoxelLabelsVersion,
@@ -82,27 +69,24 @@ void WriteVoxelLabels(const std::filesystem::path& path,
                   "voxels of resolution_m in the map frame; weights are sums of probabilities");
   WriteClassNames(voxels.classes, &file);
   file.WriteList("resolution_m", std::vector<double>{voxels.resolution_m});
-  file.Write("key", keys);
-  file.WriteList("num_views", voxels.num_views);
+  kKeys.Write(voxels.keys, &file);
+  kNumViews.Write(voxels.num_views, &file);
   file.WriteList("vote_offset",
                  std::vector<std::int64_t>(voxels.vote_offsets.begin(), voxels.vote_offsets.end()));
   file.WriteList("vote_label", voxels.vote_labels);
-  file.WriteList("vote_weight", voxels.vote_weights);
+  kVoteWeights.Write(voxels.vote_weights, &file);
   file.Close();
 }
 
 VoxelLabels ReadVoxelLabels(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kVoxelLabelsFormat, kVoxelLabelsVersion);
   VoxelLabels voxels;
-  const auto resolution_m = file.ReadList<double>("resolution_m");
-  file.Demand(resolution_m.size() == 1 && resolution_m[0] > 0, "resolution_m");
-  voxels.resolution_m = resolution_m[0];
+  voxels.resolution_m = file.ReadOne<double>("resolution_m");
+  file.Demand(voxels.resolution_m > 0, "resolution_m");
   voxels.classes = ReadClassNames(file);
-  ReadKeys(file, &voxels);
-  voxels.num_views = file.ReadList<std::int32_t>("num_views");
-  file.Demand(voxels.num_views.size() == voxels.Size() &&
-                  std::ranges::all_of(voxels.num_views, [](std::int32_t n) { return n >= 0; }),
-              "num_views");
+  voxels.keys = kKeys.Read(file);
+  voxels.num_views = kNumViews.Read(file);
+  file.Demand(voxels.num_views.size() == voxels.Size(), "num_views");
   ReadVotes(file, &voxels);
   return voxels;
 }

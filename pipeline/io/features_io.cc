@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of features/shard_NNNN.h5 (F frames, N features in total, D bytes per descriptor):
-//   text extraction; kind 1; frame_idx F;
-//   reference_frame_idx F (described frame that frame i was tracked from; -1: i is described);
-//   first_feature F+1 (features of frame i are [first[i], first[i+1]));
-//   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N;
-//   reference_feature: one per feature of tracked frames, in order; descriptor x D: one per other
-//   feature.
 #include "pipeline/io/features_io.h"
 
 #include <algorithm>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
-#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/hdf5_table.h"
 
 namespace nightmap {
 namespace {
@@ -20,60 +13,17 @@ namespace {
 constexpr char kFeaturesFormat[] = "nightmap features";
 constexpr int kFeaturesVersion = 2;
 
-Array<float> Flatten(const std::vector<Eigen::Vector2f>& points) {
-  Array<float> array{points.size(), 2, {}};
-  array.values.reserve(points.size() * 2);
-  for (const Eigen::Vector2f& point : points) {
-    array.values.push_back(point.x());
-    array.values.push_back(point.y());
-  }
-  return array;
-}
-
-template <typename T>
-void Append(const std::vector<T>& source, std::vector<T>* target) {
-  target->insert(target->end(), source.begin(), source.end());
-}
-
-// Joins all frames of a shard, as the file stores them.
-FrameFeatures Concatenate(const FeaturesShard& shard) {
-  FrameFeatures all;
-  for (const FrameFeatures& frame : shard.frames) {
-    Append(frame.keypoints_px, &all.keypoints_px);
-    Append(frame.raw_keypoints_px, &all.raw_keypoints_px);
-    Append(frame.scales_px, &all.scales_px);
-    Append(frame.depths_m, &all.depths_m);
-    Append(frame.descriptors, &all.descriptors);
-    Append(frame.reference_features, &all.reference_features);
-  }
-  return all;
-}
-
-std::vector<Eigen::Vector2f> Points(const Array<float>& array, std::size_t begin, std::size_t end) {
-  std::vector<Eigen::Vector2f> points;
-  points.reserve(end - begin);
-  for (std::size_t i = begin; i < end; ++i) {
-    points.emplace_back(array.values[2 * i], array.values[2 * i + 1]);
-  }
-  return points;
-}
+constexpr auto kKeypoints = Hdf5Table<Eigen::Vector2f>(Hdf5Column("keypoint_px", kItself));
+constexpr auto kRawKeypoints = Hdf5Table<Eigen::Vector2f>(Hdf5Column("raw_keypoint_px", kItself));
+constexpr auto kScales = Hdf5Table<float>(Hdf5Column("scale_px", kItself).Elements(kNotNegative));
+constexpr auto kDepths = Hdf5Table<float>(Hdf5Column("depth_m", kItself).Elements(kNotNegative));
+// One for each feature of tracked frames.
+constexpr auto kReferences = Hdf5Table<int>(Hdf5Column("reference_feature", kItself));
 
 template <typename T>
 std::vector<T> Slice(const std::vector<T>& values, std::size_t begin, std::size_t end) {
   return {values.begin() + static_cast<std::ptrdiff_t>(begin),
           values.begin() + static_cast<std::ptrdiff_t>(end)};
-}
-
-void CheckFirstFeature(const std::vector<std::int32_t>& first,
-                       std::size_t num_frames,
-                       std::size_t num_features,
-                       const Hdf5Reader& file) {
-  file.Demand(first.size() == num_frames + 1 && first.front() == 0 &&
-                  static_cast<std::size_t>(first.back()) == num_features,
-              "first_feature");
-  for (std::size_t i = 0; i < num_frames; ++i) {
-    file.Demand(first[i] <= first[i + 1], "first_feature");
-  }
 }
 
 // A tracked frame must continue features of a described frame before it in the same file.
@@ -152,12 +102,13 @@ int DescriptorSize(DescriptorKind kind) {
 void WriteFeatures(const std::filesystem::path& path,
                    const FeaturesShard& shard,
                    const std::string& config) {
-  const FrameFeatures all = Concatenate(shard);
   std::vector<std::int32_t> frame_idx, reference_frame_idx, first_feature = {0};
+  std::vector<std::uint8_t> descriptors;  // of the features of described frames
   for (const FrameFeatures& frame : shard.frames) {
     frame_idx.push_back(frame.frame_idx);
     reference_frame_idx.push_back(frame.reference_frame_idx);
     first_feature.push_back(first_feature.back() + frame.NumFeatures());
+    descriptors.insert(descriptors.end(), frame.descriptors.begin(), frame.descriptors.end());
   }
   Hdf5Writer file(
       path, kFeaturesFormat, kFeaturesVersion, config, "pixels of the color image; depth_m metres");
@@ -166,14 +117,17 @@ void WriteFeatures(const std::filesystem::path& path,
   file.WriteList("frame_idx", frame_idx);
   file.WriteList("reference_frame_idx", reference_frame_idx);
   file.WriteList("first_feature", first_feature);
-  file.Write("keypoint_px", Flatten(all.keypoints_px));
-  file.Write("raw_keypoint_px", Flatten(all.raw_keypoints_px));
-  file.WriteList("scale_px", all.scales_px);
-  file.WriteList("depth_m", all.depths_m);
-  file.WriteList<std::int32_t>("reference_feature", all.reference_features);
+  const auto of_all = [&](auto list) {
+    return shard.frames | std::views::transform(list) | std::views::join;
+  };
+  kKeypoints.Write(of_all(&FrameFeatures::keypoints_px), &file);
+  kRawKeypoints.Write(of_all(&FrameFeatures::raw_keypoints_px), &file);
+  kScales.Write(of_all(&FrameFeatures::scales_px), &file);
+  kDepths.Write(of_all(&FrameFeatures::depths_m), &file);
+  kReferences.Write(of_all(&FrameFeatures::reference_features), &file);
   const auto size = static_cast<std::size_t>(shard.descriptor_size);
-  file.Write("descriptor",
-             Array<std::uint8_t>{all.descriptors.size() / size, size, all.descriptors});
+  const std::size_t num_described = descriptors.size() / size;
+  file.Write("descriptor", Array<std::uint8_t>{num_described, size, std::move(descriptors)});
   file.Close();
 }
 
@@ -181,41 +135,37 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kFeaturesFormat, kFeaturesVersion);
   FeaturesShard shard;
   shard.extraction = file.ReadText("extraction");
-  const auto kind = file.ReadList<std::int32_t>("kind");
-  file.Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, "kind");
-  shard.kind = static_cast<DescriptorKind>(kind[0]);
+  const auto kind = file.ReadOne<std::int32_t>("kind");
+  file.Demand(kind >= 0 && kind <= 2, "kind");
+  shard.kind = static_cast<DescriptorKind>(kind);
   shard.descriptor_size = DescriptorSize(shard.kind);
   const auto size = static_cast<std::size_t>(shard.descriptor_size);
 
   const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
   const auto reference_frame_idx = file.ReadList<std::int32_t>("reference_frame_idx");
-  const auto first = file.ReadList<std::int32_t>("first_feature");
-  const auto keypoints = file.Read<float>("keypoint_px", 2);
-  const auto raw_keypoints = file.Read<float>("raw_keypoint_px", 2);
-  const auto scales = file.ReadList<float>("scale_px");
-  const auto depths = file.ReadList<float>("depth_m");
-  const auto reference_features = file.ReadList<std::int32_t>("reference_feature");
+  const auto keypoints = kKeypoints.Read(file);
+  const auto raw_keypoints = kRawKeypoints.Read(file);
+  const auto scales = kScales.Read(file);
+  const auto depths = kDepths.Read(file);
+  const auto reference_features = kReferences.Read(file);
+  const auto first =
+      file.ReadOffsets<std::int32_t>("first_feature", frame_idx.size(), keypoints.size());
   const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
   file.Demand(reference_frame_idx.size() == frame_idx.size(), "reference_frame_idx");
-  CheckFirstFeature(first, frame_idx.size(), keypoints.rows, file);
-  file.Demand(raw_keypoints.rows == keypoints.rows, "raw_keypoint_px");
-  file.Demand(scales.size() == keypoints.rows, "scale_px");
-  file.Demand(depths.size() == keypoints.rows, "depth_m");
-  const auto is_negative = [](float value) { return value < 0; };
-  file.Demand(std::ranges::none_of(scales, is_negative), "scale_px");
-  file.Demand(std::ranges::none_of(depths, is_negative), "depth_m");
-  file.Demand(descriptors.rows + reference_features.size() == keypoints.rows, "descriptor");
+  file.Demand(raw_keypoints.size() == keypoints.size(), "raw_keypoint_px");
+  file.Demand(scales.size() == keypoints.size(), "scale_px");
+  file.Demand(depths.size() == keypoints.size(), "depth_m");
+  file.Demand(descriptors.rows + reference_features.size() == keypoints.size(), "descriptor");
 
   std::size_t first_described = 0;
   std::size_t first_tracked = 0;
   for (std::size_t i = 0; i < frame_idx.size(); ++i) {
-    const auto begin = static_cast<std::size_t>(first[i]);
-    const auto end = static_cast<std::size_t>(first[i + 1]);
+    const std::size_t begin = first[i], end = first[i + 1];
     FrameFeatures& frame = shard.frames.emplace_back();
     frame.frame_idx = frame_idx[i];
     frame.reference_frame_idx = reference_frame_idx[i];
-    frame.keypoints_px = Points(keypoints, begin, end);
-    frame.raw_keypoints_px = Points(raw_keypoints, begin, end);
+    frame.keypoints_px = Slice(keypoints, begin, end);
+    frame.raw_keypoints_px = Slice(raw_keypoints, begin, end);
     frame.scales_px = Slice(scales, begin, end);
     frame.depths_m = Slice(depths, begin, end);
     if (frame.IsDescribed()) {

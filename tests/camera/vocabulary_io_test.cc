@@ -94,7 +94,7 @@ TEST_F(VocabularyIoTest, RefusesDepthsThatNoTreeHas) {
   // Each landmark has a word for each level.
   for (const std::int32_t depth : {0, -1, 9, std::numeric_limits<std::int32_t>::max()}) {
     depth_ = depth;
-    ExpectRefused("tree/depth is not one number in [1, 8]");
+    ExpectRefused("tree/depth' is not one number in [1, 8]");
   }
 }
 
@@ -106,7 +106,7 @@ TEST_F(VocabularyIoTest, SurvivesDamage) {
 
 TEST_F(VocabularyIoTest, RefusesWordsOutOfRange) {
   words_[1] = 3;
-  ExpectRefused("frames/words has index 3");
+  ExpectRefused("frames/words' has index 3");
 }
 
 TEST_F(VocabularyIoTest, RefusesOffsetsThatDoNotAddUp) {

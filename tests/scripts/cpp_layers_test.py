@@ -10,9 +10,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 WITHOUT_RUN = {"join_labels", "join_octrees"}
 # Files of more than 250 lines, and how many. No name comes in, no number grows.
 LONG = dict(absolute_pose=301, active_search_test=274, bundle_adjustment=325, bundle_adjustment_test=368,
-            ceiling_adjust=276, ceiling_ekf_test=276, ceiling_map_io=278, ceiling_mosaic=277, ceiling_problem=287,
+            ceiling_adjust=276, ceiling_ekf_test=276, ceiling_mosaic=277, ceiling_problem=287,
             choose_floor_test=275, colmap_io_test=273, corrupt_artifacts_test=323, drive_test=352, endpoints=391,
-            extract_features=267, features_io=262, features_test=354, frames_io_test=660, ground=252,
+            extract_features=267, features_test=354, frames_io_test=660, ground=252,
             hdf5_hostile_test=274, image_io_test=262, landmark_keeper=321, localize_test=372, match_scan_test=254,
             moving_test=266, octree_io_test=435, odometry_test=274, options=255, picture_file_test=278,
             pictures_test=385, plan_test=801, published_test=319, read_sequence_test=612, read_signals_test=669,
