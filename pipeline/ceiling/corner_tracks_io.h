@@ -2,16 +2,7 @@
 // <job>/shard_NNNN.h5: corners followed from picture to picture of an upward camera, for one shard.
 //
 // A file begins with the last frame of the shard before, so that consecutive files share one frame;
-// tracks of different files meet there by their pixels. HDF5, for F frames, S sightings, T tracks:
-//   frame_idx               int32[F]      contiguous
-//   time_ns                 int64[F]
-//   median_displacement_px  float[F x 2]
-//   is_redetected           uint8[F]
-//   first_sighting          int64[F+1]    where the sightings of each frame begin
-//   track_id                int64[S]
-//   raw_px, px              float[S x 2]
-//   born_track_id           int64[T]      ascending
-//   descriptor              uint8[T x 32]
+// tracks of different files meet there by their pixels.
 #pragma once
 
 #include <Eigen/Core>

@@ -2,16 +2,6 @@
 // <job>/edges.h5: relative poses that one sensor measured, and poses in the map that are known.
 // All that any sensor tells of the trajectory is of this kind, and pose_graph reads any number of
 // files.
-//
-// HDF5, for E edges:
-//   sensor              text              id of the sensor, "wheels"
-//   kind                uint8[E]          0 odometry, 1 loop, 2 prior
-//   time_ns             int64[E x 2]      nodes: source, target; both of a prior are its one node
-//   target_from_source  double[E x 7]     tx ty tz (metres) qx qy qz qw; map_from_node of a prior
-//   covariance          double[E x 36]    see SensorEdge
-// and, where the sensor's pose on the robot is known, for C cameras:
-//   robot_from_sensor   double[1 x 7]     the mounting poses that the edges were made with
-//   robot_from_camera   double[C x 7]     by camera_idx
 #pragma once
 
 #include <cstdint>

@@ -1,20 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// landmarks.h5: the sparse 3-D map that pictures are localized against. Arrays (n landmarks, m
-// descriptors, k keyframes):
-//   extraction                      text            as in the features artifact
-//   kind                            int32[1]        0 RootSIFT, 1 ORB, 2 BRISK
-//   landmarks/position_in_map_m     double[n x 3]
-//   landmarks/position_sigma_m      float[n]        standard deviation, mean over the axes
-//   descriptors/values              uint8[m x size] as in the features artifact
-//   descriptors/landmark_idx        int32[m]        ascending; every landmark has at least one
-//   descriptors/words               int32[m x depth] vocabulary nodes at levels 1..depth
-//   keyframes/frame_idx             int32[k]
-//   keyframes/time_ns               int64[k]
-//   keyframes/map_from_camera       double[k x 7]   tx ty tz (metres) qx qy qz qw
-//   observations/offsets            int64[n + 1]    where each landmark's observations start
-//   observations/keyframe_idx       int32           ascending within a landmark
-//   observations/feature_idx        int32           of the keyframe's features, in the features
-//   artifact
+// landmarks.h5: the sparse 3-D map that pictures are localized against.
 #pragma once
 
 #include <Eigen/Core>

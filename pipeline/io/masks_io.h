@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // <job>/shard_NNNN.h5 of masks: where a frame shows what may move by itself (people, say). A frame
 // that the file does not hold is one of which nothing is known.
-//
-// HDF5, for M frames with R runs:
-//   time_ns      int64[M]     ascending
-//   size_px      int32[M x 2] width, height
-//   run_offset   int64[M+1]   first run of each frame
-//   run          uint32[R]    pixels in a row, row after row: unmasked, masked, unmasked ...
 #pragma once
 
 #include <cstdint>

@@ -1,16 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // frames/acceleration.h5, odometry.h5 and scans.h5: measurements of the sensors other than cameras.
 // One file per kind holds all sensors of that kind, in the order of the site config.
-//
-// HDF5, for S sensors with N samples in total, sensor after sensor:
-//   kind, sensor_0, sensor_1 ...  texts      the kind's name; the ids of the sensors
-//   robot_from_sensor  double[S x 7]         tx ty tz (metres) qx qy qz qw
-//   sample_offset      int64[S + 1]          where each sensor's samples start
-//   time_ns            int64[N]              increases within a sensor
-//   value              double[N x 3]         see SignalSample
-//   range_offset       int64[N + 1]          where each sample's ranges start
-//   range_m            float[R]              of scans; below 0: not measured (scan_points.h)
-//   scan_duration_s    double[S]             of scans; missing where all are 0
 #pragma once
 
 #include <Eigen/Core>
