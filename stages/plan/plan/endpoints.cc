@@ -13,8 +13,8 @@
 
 #include "pipeline/base/error.h"
 #include "stages/plan/plan/block_field.h"
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/segment.h"
+#include "stages/plan/plan/theta_star.h"
 
 namespace nightmap {
 namespace {
@@ -270,7 +270,7 @@ std::vector<Endpoint> PlaceAsAsked(const OccupancyGrid& grid,
 // Length of the way between two free cells that reach each other.
 double WayInCells(const CostMap& map, const Eigen::Vector2i& from, const Eigen::Vector2i& to) {
   if (from == to) return 0;
-  const SearchResult search = FindAnyAnglePath(map, from, to);
+  const SearchResult search = FindPath(map, from, to, Steps::kAnyAngle);
   double length = 0;
   for (std::size_t i = 1; i < search.cells.size(); ++i) {
     length += (search.cells[i] - search.cells[i - 1]).cast<double>().norm();

@@ -7,11 +7,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/plan/unknown_holes.h"
-#include "stages/plan/plan/astar.h"
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/no_path.h"
 #include "stages/plan/plan/pull_tight.h"
 #include "stages/plan/plan/segment.h"
+#include "stages/plan/plan/theta_star.h"
 
 namespace nightmap {
 namespace {
@@ -95,11 +94,11 @@ void PlanLegs(const PlanOptions& options,
               const OccupancyGrid& grid,
               const CostMap& map,
               PlanResult& result) {
-  const auto find = options.planner == "astar" ? FindPath : FindAnyAnglePath;
+  const Steps steps = options.planner == "astar" ? Steps::kCellToCell : Steps::kAnyAngle;
   for (std::size_t i = 0; i + 1 < result.ends.size(); ++i) {
     const Endpoint& start = result.ends[i];
     const Endpoint& goal = result.ends[i + 1];
-    const SearchResult search = find(map, start.cell, goal.cell);
+    const SearchResult search = FindPath(map, start.cell, goal.cell, steps);
     if (!search.found) FailUnreachable(grid, map, options.cost, start, goal);
     const auto route = Route(grid, search.cells, start, goal);
     result.legs.emplace_back();

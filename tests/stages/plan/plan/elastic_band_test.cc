@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/pull_tight.h"
+#include "stages/plan/plan/theta_star.h"
 #include "tests/stages/plan/plan/office_floor.h"
 #include "tests/stages/plan/plan/random_routes.h"
 
@@ -65,7 +65,7 @@ TEST(Relax, TightPathsAreNearTheOptimum) {
       const auto to_goal = DijkstraCosts(map, goal);
       if (to_goal[map.Index(start)] < 0) continue;
       ++num_paths;
-      const auto search = FindAnyAnglePath(map, start, goal);
+      const auto search = FindPath(map, start, goal, Steps::kAnyAngle);
       cost += CostOf(map, Tighten(map, Centres(search.cells)));
       optimum += CostOf(map, Tighten(map, Centres(ManyDirectionsPath(map, start, to_goal))));
       cost_on_grid += SearchCost::InCells(to_goal[map.Index(start)]);

@@ -14,7 +14,6 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/plan/unknown_holes.h"
-#include "stages/plan/plan/astar.h"
 #include "stages/plan/plan/path_output.h"
 #include "tests/stages/plan/plan/scene.h"
 

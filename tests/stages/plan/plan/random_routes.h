@@ -20,7 +20,9 @@ inline void ForRandomRoutes(const std::function<void(const CostMap&, const Point
     const CostMap map = RandomMap(seed);
     if (!HasFree(map)) continue;
     Random random(seed, 1);
-    const auto search = FindPath(map, RandomFreeCell(random, map), RandomFreeCell(random, map));
+    const Eigen::Vector2i start = RandomFreeCell(random, map);
+    const Eigen::Vector2i goal = RandomFreeCell(random, map);
+    const auto search = FindPath(map, start, goal, Steps::kCellToCell);
     if (!search.found) continue;
     const Points path = Centres(search.cells);
     ASSERT_TRUE(std::isfinite(CostOf(map, path)));
