@@ -75,15 +75,10 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.min_clearance_m = MinClearance_m(map, route);
 }
 
-// Checks every cell that the robot touches, independently of the cost map.
-void CheckFootprint(const PlanOptions& options,
-                    const OccupancyGrid& grid,
-                    const PlanResult& result) {
-  const double radius_m = CircumscribedRadius_m(options.footprint);
+// Asks at every point as drive will.
+void CheckFootprint(const OccupancyGrid& grid, const CostMap& map, const PlanResult& result) {
   for (const PathPoint& point : result.path) {
-    if (IsCircleClear(grid, point.point_in_map, radius_m, options.cost.unknown == "forbidden")) {
-      continue;
-    }
+    if (map.distances.Fits(grid.ToCells(point.point_in_map), map.robot_radius_m)) continue;
     throw DataError("on the planned path the robot touches an obstacle at {},{}: report this bug",
                     point.point_in_map.x(),
                     point.point_in_map.y());
@@ -180,7 +175,7 @@ PlanResult RunPlan(const PlanOptions& options,
   PlanLegs(options, grid, map, result);
   FaceThing(result);
   progress.Advance();
-  CheckFootprint(options, grid, result);
+  CheckFootprint(grid, map, result);
   result.narrow_places = FindNarrowPlaces(result.path, radius_m, options.cost.margin_m);
   progress.Finish();
   return result;

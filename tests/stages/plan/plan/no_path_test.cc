@@ -79,7 +79,7 @@ TEST(Bottleneck, IsTheWidestByTrialOfAllRadii) {
     const OccupancyGrid grid = RandomGrid(random, 24, 17, 0.03, 0.02);
     const CostMap map = MakeCostMap(grid, {}, 0.25, 1);
     const Eigen::Vector2i from(2, 3), to(20, 12);
-    const auto found = FindBottlenecks(grid, map, true, from, to);
+    const auto found = FindBottlenecks(map, from, to);
     const auto expected = WidestByTrial(grid, map, from, to);
     ASSERT_EQ(found.empty(), !expected || *expected > 0.25 - 1e-9) << i;
     if (found.empty()) continue;
