@@ -18,8 +18,9 @@ constexpr int kKeyBits = 3;  // an eighth of a cell
 constexpr std::int64_t kMaxRise = 1 << 16;
 // Longer lines take longer to check, and pulling the path tight joins them anyway.
 constexpr int kMaxLine_cells = 48;
-// Of half a diagonal step of A*, so near to sqrt(0.5) that sums of costs are exact: the order in
-// which they are added does not matter, and no cell is expanded again for a rounding error.
+// Half a diagonal step of A* is sqrt(0.5) cut to few bits, so that sums of costs are exact: the
+// order in which they are added does not matter, and no cell is expanded again for a rounding
+// error.
 constexpr double kHalfDiagonal = 92682.0 / 131072;
 
 // Cost in cells of the straight line between the centres of two free cells: its length weighted by
@@ -147,7 +148,7 @@ class ThetaStar {
   }
   static bool IsEven(const Eigen::Vector2i& cell) { return ((cell.x() | cell.y()) & 1) == 0; }
 
-  // Of Lazy Theta*: in open space only cells with two even coordinates are vertices. Near obstacles
+  // In open space only cells with two even coordinates are vertices of Lazy Theta*. Near obstacles
   // and at the border all cells are, so that no passage is missed. Every reached cell except the
   // start is a vertex.
   bool IsVertex(const Eigen::Vector2i& cell) const {

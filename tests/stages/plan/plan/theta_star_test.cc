@@ -34,7 +34,7 @@ TEST(BlockField, ReachesWhatTheFloodReaches) {
   EXPECT_GT(num_cut_off, 500);
 }
 
-// Of a path from cell to cell.
+// The cost of a path from cell to cell.
 std::int64_t StepsCost(const CostMap& map, const std::vector<Eigen::Vector2i>& cells) {
   std::int64_t cost = 0;
   for (std::size_t i = 1; i < cells.size(); ++i) {
