@@ -127,4 +127,13 @@ std::string FloorsText(const std::vector<FloorFiles>& floors) {
   return text;
 }
 
+std::string SpanText(const OccupancyGrid& grid) {
+  Eigen::AlignedBox2d box;
+  for (const int x : {0, grid.width}) {
+    for (const int y : {0, grid.height}) box.extend(grid.FromCells(Eigen::Vector2d(x, y)));
+  }
+  return fmt::format(
+      "{:.3f},{:.3f} to {:.3f},{:.3f}", box.min().x(), box.min().y(), box.max().x(), box.max().y());
+}
+
 }  // namespace nightmap

@@ -49,5 +49,8 @@ std::size_t FloorBelow(const std::vector<FloorFiles>& floors, double z_m);
 // For messages: "floor 1 (z = 2.91 m)", and a list of all floors.
 std::string FloorText(const FloorFiles& floor);
 std::string FloorsText(const std::vector<FloorFiles>& floors);
+// "0.000,0.000 to 6.000,4.000": least and greatest x and y of the grid's corners; a grid with a yaw
+// is turned within them.
+std::string SpanText(const OccupancyGrid& grid);
 
 }  // namespace nightmap

@@ -14,6 +14,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/json_fields.h"
+#include "pipeline/plan/footprint.h"
 
 namespace nightmap {
 namespace {
@@ -30,17 +31,13 @@ constexpr double kRounding_m = 2e-6;  // of a step between two points of the fil
 // has none.
 double RobotRadius_m(const toml::table& config) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  double radius_m = config["robot_radius_m"].value_or(kNan);
-  const toml::array* corners = config["footprint_m"].as_array();
-  if (!corners || corners->empty()) return radius_m;
-  radius_m = 0;
-  for (std::size_t i = 0; i + 1 < corners->size(); i += 2) {
-    const double x_m = (*corners)[i].value_or(kNan);
-    const double y_m = (*corners)[i + 1].value_or(kNan);
-    if (!std::isfinite(x_m) || !std::isfinite(y_m)) return kNan;
-    radius_m = std::max(radius_m, std::hypot(x_m, y_m));
+  FootprintOptions footprint{config["robot_radius_m"].value_or(kNan), {}};
+  if (const toml::array* corners = config["footprint_m"].as_array()) {
+    for (const auto& number : *corners) footprint.footprint_m.push_back(number.value_or(kNan));
   }
-  return radius_m;
+  return std::ranges::all_of(footprint.footprint_m, [](double x_m) { return std::isfinite(x_m); })
+             ? CircumscribedRadius_m(footprint)
+             : kNan;
 }
 
 // The plan stage's config, which path.json carries, states the robot for which the path was

@@ -18,10 +18,9 @@
 #include <functional>
 #include <vector>
 
-#include "stages/plan/plan/astar.h"
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/plan.h"
 #include "stages/plan/plan/pull_tight.h"
+#include "stages/plan/plan/theta_star.h"
 #include "tests/stages/plan/plan/office_floor.h"
 #include "tests/stages/plan/plan/reference_path.h"
 #include "tests/stages/plan/plan/scene.h"
@@ -112,20 +111,22 @@ void BenchRoute(const OccupancyGrid& grid,
   std::vector<std::int64_t> to_goal;
   add(columns.dijkstra_ms, BestTime_ms([&] { to_goal = DijkstraCosts(map, goal); }, 1));
   SearchResult astar;
-  add(columns.astar_ms, BestTime_ms([&] { astar = FindPath(map, start, goal); }));
+  add(columns.astar_ms,
+      BestTime_ms([&] { astar = FindPath(map, start, goal, Steps::kCellToCell); }));
   add(columns.astar_all_ms, All_ms(grid, cost, start, goal, "astar", false));
   const double least_cost = SearchCost::InCells(to_goal[map.Index(start)]);
   add(columns.astar_above_percent, 100 * (astar.cost_cells / least_cost - 1));
   Points line;
-  add(columns.any_angle_ms,
-      BestTime_ms([&] { line = Tighten(map, Centres(FindAnyAnglePath(map, start, goal).cells)); }));
+  add(columns.any_angle_ms, BestTime_ms([&] {
+        line = Tighten(map, Centres(FindPath(map, start, goal, Steps::kAnyAngle).cells));
+      }));
   add(columns.any_angle_all_ms, All_ms(grid, cost, start, goal, "any_angle", true));
   const Points optimum = Tighten(map, Centres(ManyDirectionsPath(map, start, to_goal)));
   add(columns.any_angle_above_percent, 100 * (CostOf(map, line) / CostOf(map, optimum) - 1));
   const double astar_length = LengthOf(Centres(astar.cells));
   add(columns.shorter_percent, 100 * (1 - LengthOf(line) / astar_length));
   add(columns.optimum_shorter_percent, 100 * (1 - LengthOf(optimum) / astar_length));
-  const double shortest = FindPath(map_of_lengths, start, goal).cost_cells;
+  const double shortest = FindPath(map_of_lengths, start, goal, Steps::kCellToCell).cost_cells;
   add(columns.shorter_than_published_percent, 100 * (1 - LengthOf(line) / shortest));
   add(columns.cheaper_percent, 100 * (1 - CostOf(map, line) / astar.cost_cells));
 }
@@ -146,7 +147,7 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
   while (columns.NumRoutes() < kNumRoutes) {
     const Eigen::Vector2i start = RandomFreeCell(random, map);
     const Eigen::Vector2i goal = RandomFreeCell(random, map);
-    const SearchResult astar = FindPath(map, start, goal);
+    const SearchResult astar = FindPath(map, start, goal, Steps::kCellToCell);
     const double length_m = LengthOf(Centres(astar.cells)) * map.resolution_m;
     if (!astar.found || length_m < 85 || length_m > 95) continue;
     BenchRoute(grid, cost, map, map_of_lengths, start, goal, columns);
@@ -173,7 +174,7 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
 }  // namespace
 }  // namespace nightmap
 
-int main() {
+int main(int, char**) {
   fmt::print(
       "| floor | cost map (ms) | Dijkstra (ms) | A*: search (ms) | all (ms) | above the optimum "
       "(%) "

@@ -107,5 +107,12 @@ TEST(FloorBelow, IsTheHighestThatIsLower) {
   EXPECT_EQ(FloorBelow(floors, 4.3), 2U);
 }
 
+TEST(SpanText, HoldsATurnedGrid) {
+  OccupancyGrid grid{40, 20, 0.1, {1, 2}, {}};
+  EXPECT_EQ(SpanText(grid), "1.000,2.000 to 5.000,4.000");
+  grid.origin_yaw_rad = std::acos(0.0);
+  EXPECT_EQ(SpanText(grid), "-1.000,2.000 to 1.000,6.000");
+}
+
 }  // namespace floors_io_test
 }  // namespace nightmap

@@ -2,6 +2,7 @@
 #include "stages/plan/drive/check_path.h"
 
 #include "pipeline/base/input_error.h"
+#include "pipeline/plan/floors_io.h"
 
 namespace nightmap {
 namespace {
@@ -16,19 +17,15 @@ bool IsOnGrid(const OccupancyGrid& grid, const Eigen::Vector2d& point_in_map) {
 }
 
 [[noreturn]] void Fail(const OccupancyGrid& grid, const Eigen::Vector2d& point, std::size_t line) {
-  const Eigen::Vector2d far = grid.FromCells(Eigen::Vector2d(grid.width, grid.height));
   throw InputError(
       {{"csv"}},
       InputError::Remedy::kInText,
       "line {}: the path is not on this grid: the point {:.3f},{:.3f} is outside of the map, which "
-      "spans {:.3f},{:.3f} to {:.3f},{:.3f}; run make plan again",
+      "spans {}; run make plan again",
       line,
       point.x(),
       point.y(),
-      grid.origin_in_map.x(),
-      grid.origin_in_map.y(),
-      far.x(),
-      far.y());
+      SpanText(grid));
 }
 
 }  // namespace

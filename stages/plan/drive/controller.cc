@@ -54,12 +54,12 @@ Controller::Carrot Controller::CarrotAt(const PlanarPose& pose, double lookahead
 bool Controller::IsWayClear(const PlanarPose& pose,
                             double length_m,
                             double turn_rad,
-                            double margin_m) const {
+                            double room_m) const {
   const int num_steps = 1 + static_cast<int>(length_m / kSpacing_m);
   for (int i = 1; i <= num_steps; ++i) {
     const PlanarPose on_way =
         Advance(pose, {length_m, turn_rad}, static_cast<double>(i) / num_steps);
-    if (!map_.IsClear(on_way.point_in_map, margin_m)) return false;
+    if (!map_.IsClear(on_way.point_in_map, room_m)) return false;
   }
   return true;
 }
@@ -79,14 +79,14 @@ double Controller::FindProgress_m(const Eigen::Vector2d& point) const {
 // The farthest point that an arc leads to.
 std::optional<Controller::Carrot> Controller::FindAhead(const PlanarPose& pose,
                                                         double full_m,
-                                                        double margin_m) const {
+                                                        double room_m) const {
   for (double lookahead_m = full_m; lookahead_m > kShortest_m; lookahead_m *= kShorter) {
     const Carrot carrot = CarrotAt(pose, lookahead_m);
     const double bearing_rad = carrot.Bearing_rad();
     const double chord_m = carrot.point_in_robot.norm();
     if (std::abs(bearing_rad) > options_.max_bearing_deg * kDeg || chord_m < kReached_m) continue;
     const double arc_m = bearing_rad == 0 ? chord_m : chord_m * bearing_rad / std::sin(bearing_rad);
-    if (IsWayClear(pose, arc_m, 2 * bearing_rad, margin_m)) return carrot;
+    if (IsWayClear(pose, arc_m, 2 * bearing_rad, room_m)) return carrot;
   }
   return std::nullopt;
 }
@@ -95,12 +95,12 @@ std::optional<Controller::Carrot> Controller::FindAhead(const PlanarPose& pose,
 // needs, because a turn in place is less exact.
 std::optional<Controller::Carrot> Controller::FindInSight(const PlanarPose& pose,
                                                           double full_m) const {
-  for (const double margin_m : {options_.margin_m, 0.1 * options_.margin_m, 0.0}) {
-    const double first_m = margin_m == options_.margin_m ? full_m : kTight_m;
+  for (const double room_m : {options_.margin_m, 0.1 * options_.margin_m, 0.0}) {
+    const double first_m = room_m == options_.margin_m ? full_m : kTight_m;
     for (double lookahead_m = first_m; lookahead_m > kShortest_m; lookahead_m *= kShorter) {
       const Carrot carrot = CarrotAt(pose, lookahead_m);
       const PlanarPose turned{pose.point_in_map, pose.heading_rad + carrot.Bearing_rad()};
-      if (IsWayClear(turned, carrot.point_in_robot.norm(), 0, margin_m)) return carrot;
+      if (IsWayClear(turned, carrot.point_in_robot.norm(), 0, room_m)) return carrot;
     }
   }
   return std::nullopt;
@@ -118,7 +118,7 @@ Twist Controller::Pursue(const PlanarPose& pose, const Carrot& carrot, double fu
   const MotionLimits& limits = options_.limits;
   const bool near_goal = carrot.is_goal && carrot.point_in_robot.norm() < near_goal_m_;
   const double curvature_per_m = near_goal ? 0 : carrot.ArcCurvature();
-  const double room_m = map_.Clearance_m(pose.point_in_map) - map_.MinClearance_m();
+  const double room_m = map_.Room_m(pose.point_in_map);
   double v_m_s = limits.max_v_m_s;
   v_m_s *= std::clamp(room_m / options_.slow_clearance_m, 0.0, 1.0);
   v_m_s *= std::min(1.0, 1 / (options_.slow_curve_radius_m * std::abs(curvature_per_m) + 1e-9));

@@ -62,9 +62,9 @@ class Controller {
 
   double FindProgress_m(const Eigen::Vector2d& point) const;
   Carrot CarrotAt(const PlanarPose& pose, double lookahead_m) const;
-  std::optional<Carrot> FindAhead(const PlanarPose& pose, double full_m, double margin_m) const;
+  std::optional<Carrot> FindAhead(const PlanarPose& pose, double full_m, double room_m) const;
   std::optional<Carrot> FindInSight(const PlanarPose& pose, double full_m) const;
-  bool IsWayClear(const PlanarPose& pose, double length_m, double turn_rad, double margin_m) const;
+  bool IsWayClear(const PlanarPose& pose, double length_m, double turn_rad, double room_m) const;
   bool CanStop(PlanarPose pose, Twist twist) const;
 
   Twist Follow(const PlanarPose& pose, const Twist& twist);

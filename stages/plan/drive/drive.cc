@@ -115,7 +115,7 @@ class Simulation {
   }
 
   void CheckCollision(const DriveStep& step) const {
-    if (step.clearance_m >= map_.MinClearance_m()) return;
+    if (map_.IsClear(step.pose.point_in_map)) return;
     throw ThresholdError(
         "the robot of radius {:.3f} m collides after {:.2f} s at {:.3f},{:.3f}, {:.3f} m from an "
         "obstacle: {}",

@@ -15,21 +15,21 @@ constexpr int kNumPasses = 10;
 
 Eigen::Vector2d Gradient(const ClearanceMap& map, const Eigen::Vector2d& point) {
   const auto difference = [&](const Eigen::Vector2d& step) {
-    return (map.Clearance_m(point + step) - map.Clearance_m(point - step)) / (2 * step.norm());
+    return (map.Room_m(point + step) - map.Room_m(point - step)) / (2 * step.norm());
   };
   return {difference({kGradientStep_m, 0}), difference({0, kGradientStep_m})};
 }
 
 Eigen::Vector2d MoveOff(const ClearanceMap& map,
                         const Eigen::Vector2d& point,
-                        double wanted_m,
+                        double margin_m,
                         double max_move_m) {
   Eigen::Vector2d best = point;
-  double best_m = map.Clearance_m(point);
-  for (int pass = 0; pass < kNumPasses && best_m < wanted_m; ++pass) {
-    Eigen::Vector2d move = best + (wanted_m - best_m) * Gradient(map, best) - point;
+  double best_m = map.Room_m(point);
+  for (int pass = 0; pass < kNumPasses && best_m < margin_m; ++pass) {
+    Eigen::Vector2d move = best + (margin_m - best_m) * Gradient(map, best) - point;
     if (move.norm() > max_move_m) move *= max_move_m / move.norm();
-    const double moved_m = map.Clearance_m(point + move);
+    const double moved_m = map.Room_m(point + move);
     if (moved_m <= best_m) break;
     best = point + move;
     best_m = moved_m;
@@ -49,7 +49,7 @@ std::vector<Eigen::Vector2d> MoveOffObstacles(const ClearanceMap& map,
   for (int i = 0; i <= num_parts; ++i) {
     const double at_m = length_m * i / num_parts;
     const double max_move_m = std::min(margin_m, kEndSlope * std::min(at_m, length_m - at_m));
-    points.push_back(MoveOff(map, track.At(at_m), map.MinClearance_m() + margin_m, max_move_m));
+    points.push_back(MoveOff(map, track.At(at_m), margin_m, max_move_m));
   }
   return points;
 }

@@ -10,10 +10,10 @@
 
 namespace nightmap {
 
-// Samples the path every few centimetres. Points with less than `margin_m` between robot and
-// obstacle move up the gradient of the clearance until they have that margin or are midway between
-// obstacles. No point moves by more than margin_m; the ends stay, and points near an end move less,
-// so that the path stays smooth. Clearance never falls. Deterministic.
+// Samples the path every few centimetres. Points with less room than `margin_m` move up the
+// gradient of the clearance until they have it or are midway between obstacles. No point moves by
+// more; the ends stay, and points near an end move less, so that the path stays smooth. Clearance
+// never falls. Deterministic.
 std::vector<Eigen::Vector2d> MoveOffObstacles(const ClearanceMap& map,
                                               const std::vector<Eigen::Vector2d>& path,
                                               double margin_m);

@@ -106,11 +106,6 @@ void CostOptions::Register(OptionList& list) {
            "extra cost per metre with less room than margin_m: length of a detour to avoid it");
 }
 
-bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {
-  const std::uint8_t value = grid.Contains(cell) ? grid.At(cell) : std::uint8_t{kUnknownCell};
-  return value == kOccupiedCell || (value == kUnknownCell && unknown_is_obstacle);
-}
-
 CostMap MakeCostMap(const OccupancyGrid& grid,
                     const CostOptions& options,
                     double robot_radius_m,

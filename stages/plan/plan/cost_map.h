@@ -13,7 +13,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/uninitialized_vector.h"
 #include "pipeline/io/grid_io.h"
-#include "stages/plan/plan/obstacle_distances.h"
+#include "pipeline/plan/obstacle_distances.h"
 
 namespace nightmap {
 
@@ -22,8 +22,8 @@ struct CostOptions {
   double unknown_weight = 5;          // costed: extra cost per metre in unknown space
   double max_hole_m = 0.1;            // see FindUnknownHoles
   double clearance_m = 0.75;          // obstacles farther away add no cost
-  double clearance_weight = 2;        // extra cost per metre that touches an obstacle's margin
-  double margin_m = 0.05;             // room that the robot needs on a drive
+  double clearance_weight = 2;        // extra cost per metre at the robot's radius from an obstacle
+  double margin_m = 0.05;             // room beside the robot that it needs on a drive
   double margin_weight = 20;          // extra cost per metre with less room
 
   void Register(OptionList& list);
@@ -72,9 +72,6 @@ struct CostMap {
     return resolution_m * std::sqrt(static_cast<double>(distances.Squared(cell)));
   }
 };
-
-// Whether a robot must not touch the cell. Cells beyond the grid are unknown.
-bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle);
 
 CostMap MakeCostMap(const OccupancyGrid& grid,
                     const CostOptions& options,

@@ -103,9 +103,9 @@ std::vector<Eigen::Vector2d> Bottlenecks(const PlanOptions& options,
   for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
     const auto label = [&](std::size_t k) { return space.labels[space.map.Index(ends[k].cell)]; };
     if (label(i) == label(i + 1)) continue;
-    const auto places = FindBottlenecks(
-        grid, space.map, options.cost.unknown == "forbidden", ends[i].cell, ends[i + 1].cell);
-    for (const Bottleneck& place : places) narrowest.push_back(grid.CenterInMap(place.cell));
+    for (const Bottleneck& place : FindBottlenecks(space.map, ends[i].cell, ends[i + 1].cell)) {
+      narrowest.push_back(grid.CenterInMap(place.cell));
+    }
   }
   return narrowest;
 }

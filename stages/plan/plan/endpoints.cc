@@ -13,8 +13,8 @@
 
 #include "pipeline/base/error.h"
 #include "stages/plan/plan/block_field.h"
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/segment.h"
+#include "stages/plan/plan/theta_star.h"
 
 namespace nightmap {
 namespace {
@@ -160,19 +160,9 @@ std::optional<Eigen::Vector2i> NearestFree(const OccupancyGrid& grid,
   return nearest;
 }
 
-// Least and greatest x and y of the grid's corners; a grid with a yaw is turned within them.
-std::pair<Eigen::Vector2d, Eigen::Vector2d> Bounds(const OccupancyGrid& grid) {
-  Eigen::AlignedBox2d box;
-  for (const int x : {0, grid.width}) {
-    for (const int y : {0, grid.height}) box.extend(grid.FromCells(Eigen::Vector2d(x, y)));
-  }
-  return {box.min(), box.max()};
-}
-
 std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eigen::Vector2i& cell) {
   if (!grid.Contains(cell)) {
-    const auto [least, most] = Bounds(grid);
-    return fmt::format("is outside of the map, which spans {} to {}", ToText(least), ToText(most));
+    return "is outside of the map, which spans " + SpanText(grid);
   }
   if (grid.At(cell) == kOccupiedCell) return "is inside an obstacle";
   if (grid.At(cell) == kUnknownCell && map.distances.Squared(cell, 1) == 0) {
@@ -270,7 +260,7 @@ std::vector<Endpoint> PlaceAsAsked(const OccupancyGrid& grid,
 // Length of the way between two free cells that reach each other.
 double WayInCells(const CostMap& map, const Eigen::Vector2i& from, const Eigen::Vector2i& to) {
   if (from == to) return 0;
-  const SearchResult search = FindAnyAnglePath(map, from, to);
+  const SearchResult search = FindPath(map, from, to, Steps::kAnyAngle);
   double length = 0;
   for (std::size_t i = 1; i < search.cells.size(); ++i) {
     length += (search.cells[i] - search.cells[i - 1]).cast<double>().norm();

@@ -47,7 +47,7 @@ std::string WhoPasses(const OccupancyGrid& grid,
                       const Endpoint& start,
                       const Endpoint& goal) {
   const bool is_forbidden = options.unknown == "forbidden";
-  const auto places = FindBottlenecks(grid, map, is_forbidden, start.cell, goal.cell);
+  const auto places = FindBottlenecks(map, start.cell, goal.cell);
   if (places.empty()) {
     return fmt::format("obstacles{} part them", is_forbidden ? " and unseen space" : "");
   }

@@ -8,14 +8,12 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "stages/plan/plan/picture_ends.h"
+#include "stages/plan/plan/named_places.h"
 
 namespace nightmap {
 namespace {
 
 constexpr std::string_view kPicturePrefix = "picture:";
-constexpr std::string_view kScanPrefix = "scan:";
-constexpr std::string_view kObjectPrefix = "object:";
 constexpr double kMaxBelowFloor_m = 0.1;  // tolerance for rounded heights of floors
 constexpr double kMaxSunk_m = 0.1;        // of a thing's measured bottom, besides
 constexpr double kMaxAboveFloor_m = 2.5;  // the grid stage's limit for cameras
@@ -43,39 +41,33 @@ EndpointRequest AtCamera(const std::string& role,
   return {role, text, camera_in_map.head<2>(), camera_in_map.z(), true};
 }
 
-// The text after the prefix; empty when the text does not begin with it.
-std::string NameAfter(std::string_view prefix, const std::string& text) {
-  return text.starts_with(prefix) ? text.substr(prefix.size()) : "";
+// An end as asked for.
+struct Asked {
+  std::string role;
+  std::string option;
+  std::string text;
+  std::string name = {};  // what follows the prefix of its kind
+};
+
+EndChoices AtPicture(const Asked& asked, const NamedPlaces& places) {
+  const QueryResult& query = FindQuery(places.queries, "picture", asked.name);
+  return {AtCamera(asked.role, asked.text, query.map_from_camera.translation)};
+}
+
+EndChoices AtScan(const Asked& asked, const NamedPlaces& places) {
+  const QueryResult& query = FindQuery(places.queries, "scan", asked.name);
+  const Eigen::Vector3d& robot_in_map = query.map_from_camera.translation;
+  return {{asked.role, asked.text, robot_in_map.head<2>(), robot_in_map.z()}};
 }
 
 // Nobody stands in a column or a sofa, so the end moves to a place around it.
-EndpointRequest AtBox(const std::string& role, const std::string& text, const EndBox& box) {
-  EndpointRequest request{role, text, box.map_from_box.translation, {}};
-  request.box = box;
-  return request;
-}
-
-EndBox BoxOf(const MapObject& object) {
-  return {object.name, object.map_from_object, object.size_m, false};
-}
-
-EndBox BoxOf(const Thing& thing) {
-  return {thing.name, thing.map_from_thing, thing.size_m.head<2>(), true};
-}
-
-EndChoices AtNamed(const std::string& role,
-                   const std::string& text,
-                   const std::string& name,
-                   const NamedPlaces& places) {
-  if (const MapObject* object = FindObject(places.objects, name)) {
-    return {AtBox(role, text, BoxOf(*object))};
-  }
+EndChoices AtBoxes(const Asked& asked, const NamedPlaces& places) {
   EndChoices choices;
-  for (const Thing* thing : FindThings(places.things, name)) {
-    choices.push_back(AtBox(role, text, BoxOf(*thing)));
-    choices.back().z_m = thing->bottom_m + kMaxSunk_m;
+  for (const auto& [box, class_name, bottom_m] :
+       FindBoxes(places.objects, places.things, asked.name)) {
+    choices.push_back({asked.role, asked.text, box.map_from_box.translation, {}, false, box});
+    if (bottom_m) choices.back().z_m = *bottom_m + kMaxSunk_m;
   }
-  if (choices.empty()) FailUnknownName(places.objects, places.things, name);
   return choices;
 }
 
@@ -92,43 +84,40 @@ std::vector<double> ParseNumbers(const std::string& text) {
   return numbers.size() == 2 || numbers.size() == 3 ? numbers : std::vector<double>();
 }
 
-EndpointRequest AtPoint(const std::string& role,
-                        const std::string& option,
-                        const std::string& text) {
-  const auto numbers = ParseNumbers(text);
+EndChoices AtPoint(const Asked& asked, const NamedPlaces&) {
+  const auto numbers = ParseNumbers(asked.text);
   if (numbers.empty()) {
     throw UsageError(
         "option {} is '{}': give \"x_m,y_m\" or \"x_m,y_m,z_m\" in the map frame, "
         "\"picture:NAME\", \"scan:NAME\" or \"object:NAME\"",
-        option,
-        text);
+        asked.option,
+        asked.text);
   }
-  EndpointRequest request{role, text, {numbers[0], numbers[1]}, {}};
+  EndpointRequest request{asked.role, asked.text, {numbers[0], numbers[1]}, {}};
   if (numbers.size() == 3) request.z_m = numbers[2];
-  return request;
+  return {request};
 }
 
-EndChoices Parse(const std::string& role,
-                 const std::string& option,
-                 const std::string& text,
-                 const NamedPlaces& places) {
-  if (const auto name = NameAfter(kPicturePrefix, text); !name.empty()) {
-    const QueryResult& query = FindQuery(places.queries, "picture", name);
-    return {AtCamera(role, text, query.map_from_camera.translation)};
-  }
-  if (const auto name = NameAfter(kScanPrefix, text); !name.empty()) {
-    const auto& robot_in_map = FindQuery(places.queries, "scan", name).map_from_camera.translation;
-    return {{role, text, robot_in_map.head<2>(), robot_in_map.z()}};
-  }
-  if (const auto name = NameAfter(kObjectPrefix, text); !name.empty()) {
-    return AtNamed(role, text, name, places);
-  }
-  return {AtPoint(role, option, text)};
+struct EndKind {
+  std::string_view prefix;
+  EndChoices (*resolve)(const Asked&, const NamedPlaces&);
+};
+// The first whose prefix and a name make the text; a point needs neither.
+constexpr EndKind kEndKinds[] = {
+    {kPicturePrefix, AtPicture}, {"scan:", AtScan}, {"object:", AtBoxes}, {"", AtPoint}};
+
+EndChoices Parse(Asked asked, const NamedPlaces& places) {
+  const EndKind& kind = *std::ranges::find_if(kEndKinds, [&](const EndKind& candidate) {
+    return candidate.prefix.empty() || (asked.text.starts_with(candidate.prefix) &&
+                                        asked.text.size() > candidate.prefix.size());
+  });
+  asked.name = asked.text.substr(kind.prefix.size());
+  return kind.resolve(asked, places);
 }
 
 // The nearest of a class is nearest to the end before it, and a start has none.
 EndChoices ParseStart(const std::string& text, const NamedPlaces& places) {
-  EndChoices choices = Parse("start", "start", text, places);
+  EndChoices choices = Parse({"start", "start", text}, places);
   if (choices.size() == 1) return choices;
   std::vector<std::string> names;
   for (const EndpointRequest& choice : choices) names.push_back(choice.box->name);
@@ -204,7 +193,7 @@ std::vector<EndChoices> MakeRequests(const std::string& start,
   const auto texts = SplitGoals(goals);
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const std::string role = texts.size() == 1 ? "goal" : fmt::format("goal {}", i + 1);
-    ends.push_back(Parse(role, "goal", texts[i], places));
+    ends.push_back(Parse({role, "goal", texts[i]}, places));
   }
   return ends;
 }

@@ -7,11 +7,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/plan/unknown_holes.h"
-#include "stages/plan/plan/astar.h"
-#include "stages/plan/plan/lazy_theta_star.h"
 #include "stages/plan/plan/no_path.h"
 #include "stages/plan/plan/pull_tight.h"
 #include "stages/plan/plan/segment.h"
+#include "stages/plan/plan/theta_star.h"
 
 namespace nightmap {
 namespace {
@@ -76,15 +75,10 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.min_clearance_m = MinClearance_m(map, route);
 }
 
-// Checks every cell that the robot touches, independently of the cost map.
-void CheckFootprint(const PlanOptions& options,
-                    const OccupancyGrid& grid,
-                    const PlanResult& result) {
-  const double radius_m = CircumscribedRadius_m(options.footprint);
+// Asks at every point as drive will.
+void CheckFootprint(const OccupancyGrid& grid, const CostMap& map, const PlanResult& result) {
   for (const PathPoint& point : result.path) {
-    if (IsCircleClear(grid, point.point_in_map, radius_m, options.cost.unknown == "forbidden")) {
-      continue;
-    }
+    if (map.distances.Fits(grid.ToCells(point.point_in_map), map.robot_radius_m)) continue;
     throw DataError("on the planned path the robot touches an obstacle at {},{}: report this bug",
                     point.point_in_map.x(),
                     point.point_in_map.y());
@@ -95,11 +89,11 @@ void PlanLegs(const PlanOptions& options,
               const OccupancyGrid& grid,
               const CostMap& map,
               PlanResult& result) {
-  const auto find = options.planner == "astar" ? FindPath : FindAnyAnglePath;
+  const Steps steps = options.planner == "astar" ? Steps::kCellToCell : Steps::kAnyAngle;
   for (std::size_t i = 0; i + 1 < result.ends.size(); ++i) {
     const Endpoint& start = result.ends[i];
     const Endpoint& goal = result.ends[i + 1];
-    const SearchResult search = find(map, start.cell, goal.cell);
+    const SearchResult search = FindPath(map, start.cell, goal.cell, steps);
     if (!search.found) FailUnreachable(grid, map, options.cost, start, goal);
     const auto route = Route(grid, search.cells, start, goal);
     result.legs.emplace_back();
@@ -181,7 +175,7 @@ PlanResult RunPlan(const PlanOptions& options,
   PlanLegs(options, grid, map, result);
   FaceThing(result);
   progress.Advance();
-  CheckFootprint(options, grid, result);
+  CheckFootprint(grid, map, result);
   result.narrow_places = FindNarrowPlaces(result.path, radius_m, options.cost.margin_m);
   progress.Finish();
   return result;

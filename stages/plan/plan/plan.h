@@ -15,10 +15,10 @@
 #include "pipeline/io/queries_io.h"
 #include "pipeline/io/things_io.h"
 #include "pipeline/plan/floors_io.h"
+#include "pipeline/plan/footprint.h"
 #include "pipeline/plan/objects_io.h"
 #include "stages/plan/plan/cost_map.h"
 #include "stages/plan/plan/endpoints.h"
-#include "stages/plan/plan/footprint.h"
 #include "stages/plan/plan/narrow_places.h"
 
 namespace nightmap {

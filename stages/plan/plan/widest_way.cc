@@ -17,8 +17,7 @@ constexpr double kMaxEnough = 4e6;
 
 class WidestWay {
  public:
-  WidestWay(const OccupancyGrid& grid, const CostMap& map, bool unknown_is_obstacle)
-      : grid_(grid), map_(map), unknown_is_obstacle_(unknown_is_obstacle) {
+  explicit WidestWay(const CostMap& map) : map_(map) {
     const double cells = map.robot_radius_m / map.resolution_m;
     enough_ = static_cast<std::int32_t>(std::ceil(std::min(cells * cells, kMaxEnough)));
   }
@@ -33,9 +32,8 @@ class WidestWay {
 
  private:
   bool IsOpen(const Eigen::Vector2i& cell) const {
-    return map_.Contains(cell) && !IsObstacle(grid_, cell, unknown_is_obstacle_);
+    return map_.Contains(cell) && !map_.distances.IsObstacle(cell);
   }
-  std::size_t IndexOf(const Eigen::Vector2i& cell) const { return grid_.Index(cell.x(), cell.y()); }
   std::int32_t Room(const Eigen::Vector2i& cell) const {
     return map_.distances.Squared(cell, enough_);
   }
@@ -45,16 +43,16 @@ class WidestWay {
   void Reach(const Eigen::Vector2i& cell, std::int32_t min_room, const Visit& visit) {
     for (const auto& [dx, dy] : kSides) {
       const Eigen::Vector2i next = cell + Eigen::Vector2i(dx, dy);
-      if (!IsOpen(next) || parents_[IndexOf(next)] != kNotReached || Room(next) < min_room)
+      if (!IsOpen(next) || parents_[map_.Index(next)] != kNotReached || Room(next) < min_room)
         continue;
-      parents_[IndexOf(next)] = IndexOf(cell);
+      parents_[map_.Index(next)] = map_.Index(cell);
       visit(next);
     }
   }
 
   void Start(const Eigen::Vector2i& from) {
-    parents_.assign(grid_.cells.size(), kNotReached);
-    parents_[IndexOf(from)] = IndexOf(from);
+    parents_.assign(map_.Size(), kNotReached);
+    parents_[map_.Index(from)] = map_.Index(from);
   }
 
   // The room of the narrowest cell of the widest way; -1 when there is no way. Reaches cells in
@@ -83,7 +81,7 @@ class WidestWay {
     Start(from);
     std::vector<Eigen::Vector2i> wide = {from};
     std::vector<Eigen::Vector2i> narrow;
-    while (parents_[IndexOf(to)] == kNotReached) {
+    while (parents_[map_.Index(to)] == kNotReached) {
       std::vector<Eigen::Vector2i> next_narrow;
       const auto visit = [&](const Eigen::Vector2i& next) {
         (Room(next) < enough_ ? next_narrow : wide).push_back(next);
@@ -100,10 +98,9 @@ class WidestWay {
 
   std::vector<Bottleneck> NarrowPlacesTo(const Eigen::Vector2i& to) const {
     std::vector<Bottleneck> places;
-    const auto width = static_cast<std::size_t>(grid_.width);
     bool is_inside = false;
-    for (std::size_t at = IndexOf(to); parents_[at] != at; at = parents_[at]) {
-      const Eigen::Vector2i cell(static_cast<int>(at % width), static_cast<int>(at / width));
+    for (std::size_t at = map_.Index(to); parents_[at] != at; at = parents_[at]) {
+      const Eigen::Vector2i cell = map_.Cell(at);
       const double clearance_m = map_.resolution_m * std::sqrt(static_cast<double>(Room(cell)));
       const bool was_inside = is_inside;
       is_inside = Room(cell) < enough_;
@@ -114,21 +111,17 @@ class WidestWay {
     return places;
   }
 
-  const OccupancyGrid& grid_;
   const CostMap& map_;
-  bool unknown_is_obstacle_;
   std::int32_t enough_ = 0;           // squared distance in cells that the map's robot needs
   std::vector<std::size_t> parents_;  // of reached cells
 };
 
 }  // namespace
 
-std::vector<Bottleneck> FindBottlenecks(const OccupancyGrid& grid,
-                                        const CostMap& map,
-                                        bool unknown_is_obstacle,
+std::vector<Bottleneck> FindBottlenecks(const CostMap& map,
                                         const Eigen::Vector2i& from,
                                         const Eigen::Vector2i& to) {
-  return WidestWay(grid, map, unknown_is_obstacle).Find(from, to);
+  return WidestWay(map).Find(from, to);
 }
 
 }  // namespace nightmap

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "pipeline/io/grid_io.h"
 #include "stages/plan/plan/cost_map.h"
 
 namespace nightmap {
@@ -19,10 +18,8 @@ struct Bottleneck {
 // cell is the widest (Pollack, The maximum capacity through a network, 1960) and which has the
 // fewest cells that are too narrow for the map's robot; returns the places of such cells in order.
 // There are none when the way is wide enough, when no way joins the two cells, or when one of them
-// is an obstacle. `grid` is the one that the map was made of. Deterministic.
-std::vector<Bottleneck> FindBottlenecks(const OccupancyGrid& grid,
-                                        const CostMap& map,
-                                        bool unknown_is_obstacle,
+// is an obstacle. Deterministic.
+std::vector<Bottleneck> FindBottlenecks(const CostMap& map,
                                         const Eigen::Vector2i& from,
                                         const Eigen::Vector2i& to);
 

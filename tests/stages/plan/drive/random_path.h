@@ -90,14 +90,14 @@ class RandomPaths {
 
   // Between robot and obstacles, at its least along a path.
   double Room_m(const std::vector<Eigen::Vector2d>& path) const {
-    double clearance_m = map_.Clearance_m(path[0]);
+    double room_m = map_.Room_m(path[0]);
     for (std::size_t i = 1; i < path.size(); ++i) {
       for (int k = 1; k <= 100; ++k) {
         const Eigen::Vector2d point = path[i - 1] + (path[i] - path[i - 1]) * k / 100;
-        clearance_m = std::min(clearance_m, map_.Clearance_m(point));
+        room_m = std::min(room_m, map_.Room_m(point));
       }
     }
-    return clearance_m - map_.MinClearance_m();
+    return room_m;
   }
 
  private:

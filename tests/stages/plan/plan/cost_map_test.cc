@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "stages/plan/plan/footprint.h"
 #include "tests/stages/plan/plan/scene.h"
 
 namespace nightmap {
@@ -62,7 +61,7 @@ TEST(CostMap, NoPointOfAFreeCellTouchesAnObstacle) {
         const double x = draw();
         const Eigen::Vector2d offset(x, k < 6 ? draw() : -x);
         const Eigen::Vector2d point = grid.CenterInMap(map.Cell(i)) + grid.resolution_m * offset;
-        EXPECT_TRUE(IsCircleClear(grid, point, radius_m, seed % 2 == 0)) << seed;
+        EXPECT_TRUE(map.distances.Fits(grid.ToCells(point), radius_m)) << seed;
         ++num_checked;
       }
     }

@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
+#include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 #include "tests/test_data.h"
 
@@ -53,17 +54,7 @@ PlanInputs Hall() {
 }
 
 PlanOptions Between(const std::string& start, const std::string& goal) {
-  PlanOptions options;
-  options.start = start;
-  options.goal = goal;
-  options.footprint.robot_radius_m = 0;
-  options.snap_radius_m = 0.1;
-  return options;
-}
-
-PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs) {
-  Progress progress("plan", false);
-  return RunPlan(options, inputs, progress, 1);
+  return nightmap::Between(start, goal, 0, 0.1);
 }
 
 void ExpectError(const std::string& goal, const PlanInputs& inputs, const std::string& text) {

@@ -12,6 +12,7 @@
 #include "stages/plan/plan/narrow_places.h"
 #include "stages/plan/plan/path_output.h"
 #include "stages/plan/plan/widest_way.h"
+#include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
 namespace nightmap {
@@ -30,28 +31,9 @@ OccupancyGrid TwoRooms(int door_cells) {
   return grid;
 }
 
-PlanOptions Through(double radius_m) {
-  PlanOptions options;
-  options.start = "1.55,3.05";
-  options.goal = "4.65,3.05";
-  options.footprint.robot_radius_m = radius_m;
-  options.snap_radius_m = 0;
-  return options;
-}
+PlanOptions Through(double radius_m) { return Between("1.55,3.05", "4.65,3.05", radius_m, 0); }
 
-PlanResult Plan(const PlanOptions& options, const OccupancyGrid& grid) {
-  Progress progress("plan", false);
-  return RunPlan(options, {grid, {}, {}}, progress, 1);
-}
-
-std::string ErrorOf(const PlanOptions& options, const OccupancyGrid& grid) {
-  try {
-    Plan(options, grid);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "";
-}
+PlanInputs On(const OccupancyGrid& grid) { return {grid, {}, {}}; }
 
 // Least number over which a robot of a radius goes from one cell to the other, by trial.
 std::optional<double> WidestByTrial(const OccupancyGrid& grid,
@@ -79,7 +61,7 @@ TEST(Bottleneck, IsTheWidestByTrialOfAllRadii) {
     const OccupancyGrid grid = RandomGrid(random, 24, 17, 0.03, 0.02);
     const CostMap map = MakeCostMap(grid, {}, 0.25, 1);
     const Eigen::Vector2i from(2, 3), to(20, 12);
-    const auto found = FindBottlenecks(grid, map, true, from, to);
+    const auto found = FindBottlenecks(map, from, to);
     const auto expected = WidestByTrial(grid, map, from, to);
     ASSERT_EQ(found.empty(), !expected || *expected > 0.25 - 1e-9) << i;
     if (found.empty()) continue;
@@ -99,10 +81,10 @@ TEST(Bottleneck, IsTheWidestByTrialOfAllRadii) {
 
 TEST(NoPath, MessageSaysWhichRobotWouldPassAndWhere) {
   const OccupancyGrid grid = TwoRooms(5);
-  EXPECT_GT(Plan(Through(0.2), grid).path.size(), 30U);
-  const std::string error = ErrorOf(Through(0.3), grid);
+  EXPECT_GT(Plan(Through(0.2), On(grid)).path.size(), 30U);
+  const std::string error = ErrorOf(Through(0.3), On(grid));
   EXPECT_THAT(error, AllOf(HasSubstr("for a robot of radius 0.200"), HasSubstr("3.050")));
-  EXPECT_THAT(ErrorOf(Through(0.3), TwoRooms(0)),
+  EXPECT_THAT(ErrorOf(Through(0.3), On(TwoRooms(0))),
               HasSubstr("obstacles and unseen space part them"));
 }
 
@@ -119,7 +101,7 @@ TEST(NoPath, PictureShowsWhatEachEndReaches) {
   const auto areas = [&](const std::string& goal) {
     PlanOptions options = Through(0.3);
     options.goal = goal;
-    const ColorImage picture = DrawNoPath(options, {grid, {}, {}}, 1);
+    const ColorImage picture = DrawNoPath(options, On(grid), 1);
     EXPECT_EQ(picture.width, PixelsPerCell(grid) * grid.width);
     return std::array{NumPixels(picture, {190, 230, 195}),
                       NumPixels(picture, {245, 200, 195}),
@@ -145,7 +127,7 @@ TEST(Margin, IsKeptWhereThereIsAnotherWay) {
     options.start = "2.25,3.05";
     options.goal = "4.05,3.05";
     options.cost.margin_m = margin_m;
-    const PlanResult result = Plan(options, grid);
+    const PlanResult result = Plan(options, On(grid));
     double y_m = 0;
     for (const PathPoint& point : result.path) {
       if (std::abs(point.point_in_map.x() - 3.1) < 0.06) y_m = point.point_in_map.y();
@@ -192,10 +174,10 @@ TEST(Holes, AreCrossedUnlessTheyCountAsWalls) {
   OccupancyGrid grid = TwoRooms(7);
   grid.cells[grid.Index(21, 11)] = kUnknownCell;
   PlanOptions options = Through(0.3);
-  const PlanResult result = Plan(options, grid);
+  const PlanResult result = Plan(options, On(grid));
   EXPECT_EQ(result.num_hole_cells, 1U);
   options.cost.max_hole_m = 0;
-  EXPECT_THAT(ErrorOf(options, grid), HasSubstr("no path"));
+  EXPECT_THAT(ErrorOf(options, On(grid)), HasSubstr("no path"));
 }
 
 }  // namespace no_path_test

@@ -14,8 +14,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/plan/unknown_holes.h"
-#include "stages/plan/plan/astar.h"
 #include "stages/plan/plan/path_output.h"
+#include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
 namespace nightmap {
@@ -24,9 +24,8 @@ namespace plan_test {
 using testing::AllOf;
 using testing::HasSubstr;
 
-PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs, int num_threads = 1) {
-  Progress progress("plan", false);
-  return RunPlan(options, inputs, progress, num_threads);
+PlanOptions Between(const std::string& start, const std::string& goal) {
+  return nightmap::Between(start, goal, 0.1);
 }
 
 double TotalLength_m(const PlanResult& result) { return result.path.back().distance_m; }
@@ -68,25 +67,6 @@ PlanInputs RoomsWithPictures() {
                     Located("site/closed.png", 2.65, 2.55),
                     lost};
   return inputs;
-}
-
-PlanOptions Between(const std::string& start, const std::string& goal) {
-  PlanOptions options;
-  options.start = start;
-  options.goal = goal;
-  options.footprint.robot_radius_m = 0.1;
-  return options;
-}
-
-template <typename ErrorType>
-std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
-  try {
-    Plan(options, inputs);
-  } catch (const ErrorType& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no error";
-  return "";
 }
 
 // map_server's origin may have a yaw: the same rooms, rotated in the map.
@@ -422,9 +402,7 @@ TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
 }
 
 PlanOptions Within(double snap_radius_m, const std::string& start, const std::string& goal) {
-  PlanOptions options = Between(start, goal);
-  options.snap_radius_m = snap_radius_m;
-  return options;
+  return nightmap::Between(start, goal, 0.1, snap_radius_m);
 }
 
 // It stands where the robot fits, but in a part of the map that the start does not reach.

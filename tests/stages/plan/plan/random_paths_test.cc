@@ -11,6 +11,7 @@
 #include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
 #include "tests/stages/plan/plan/office_floor.h"
+#include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
 namespace nightmap {
@@ -80,8 +81,7 @@ std::optional<PlanResult> TryPlan(const PlanOptions& options,
                                   const PlanInputs& inputs,
                                   std::string& error) {
   try {
-    Progress progress("plan", false);
-    return RunPlan(options, inputs, progress, 1);
+    return Plan(options, inputs);
   } catch (const DataError& failure) {
     error = failure.what();
     return std::nullopt;

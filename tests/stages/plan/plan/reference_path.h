@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "stages/plan/plan/astar.h"
 #include "stages/plan/plan/cost_map.h"
 #include "stages/plan/plan/segment.h"
+#include "stages/plan/plan/theta_star.h"
 
 namespace nightmap {
 
@@ -44,8 +44,19 @@ inline double CostOf(const CostMap& map, const Points& points) {
   return cost;
 }
 
+// Costs as integers: a step costs its length times the sum of its two cells' costs.
+struct SearchCost {
+  static constexpr std::int64_t kStraight = 65536;  // length of one cell
+  static constexpr std::int64_t kDiagonal = 92682;  // sqrt(2) * kStraight
+
+  // Cost of one cell in free space far from obstacles is 1.
+  static double InCells(std::int64_t cost) {
+    return static_cast<double>(cost) / static_cast<double>(kStraight * 2 * CostMap::kUnitCost);
+  }
+};
+
 // Dijkstra's algorithm with a heap: the cost from `source` to each cell by steps to the eight
-// around it, as of FindPath; -1 where there is no way.
+// around it, as of kCellToCell; -1 where there is no way.
 inline std::vector<std::int64_t> DijkstraCosts(const CostMap& map, const Eigen::Vector2i& source) {
   using Open = std::pair<std::int64_t, std::size_t>;
   std::vector<std::int64_t> costs(map.Size(), -1);

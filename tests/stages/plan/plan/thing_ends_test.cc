@@ -10,6 +10,7 @@
 #include "stages/plan/plan/path_output.h"
 #include "stages/plan/plan/plan.h"
 #include "stages/plan/plan/segment.h"
+#include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 #include "tests/test_data.h"
 
@@ -78,16 +79,7 @@ PlanInputs HallWithSofa() {
 }
 
 PlanOptions Between(const std::string& start, const std::string& goal) {
-  PlanOptions options;
-  options.start = start;
-  options.goal = goal;
-  options.footprint.robot_radius_m = kRadius_m;
-  return options;
-}
-
-PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs) {
-  Progress progress("plan", false);
-  return RunPlan(options, inputs, progress, 1);
+  return nightmap::Between(start, goal, kRadius_m);
 }
 
 EndBox BoxOf(const Endpoint& end) { return end.request.box.value(); }
@@ -103,15 +95,6 @@ void ExpectFaces(const PathPoint& point, const Rigid2& map_from_thing) {
   const Eigen::Vector2d way = map_from_thing.translation - point.point_in_map;
   const double off_rad = WrapAngle_rad(point.heading_rad - std::atan2(way.y(), way.x()));
   EXPECT_LT(std::abs(off_rad), 5 * std::numbers::pi / 180);
-}
-
-std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
-  try {
-    Plan(options, inputs);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(EndBox, DistanceAndFrontOfATurnedBox) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/plan/lazy_theta_star.h"
+#include "stages/plan/plan/theta_star.h"
 
 #include <algorithm>
 #include <array>
@@ -18,6 +18,10 @@ constexpr int kKeyBits = 3;  // an eighth of a cell
 constexpr std::int64_t kMaxRise = 1 << 16;
 // Longer lines take longer to check, and pulling the path tight joins them anyway.
 constexpr int kMaxLine_cells = 48;
+// Half a diagonal step of A* is sqrt(0.5) cut to few bits, so that sums of costs are exact: the
+// order in which they are added does not matter, and no cell is expanded again for a rounding
+// error.
+constexpr double kHalfDiagonal = 92682.0 / 131072;
 
 // Cost in cells of the straight line between the centres of two free cells: its length weighted by
 // the cells it touches. Infinite when one of them, or one beside a crossed corner, is not free, or
@@ -57,12 +61,14 @@ double LineCost(const CostMap& map,
   return (sum + (1 - position) * *end) * length / CostMap::kUnitCost;
 }
 
-class LazyThetaStar {
+class ThetaStar {
  public:
-  LazyThetaStar(const CostMap& map, const BlockField& field, const Eigen::Vector2i& goal)
+  ThetaStar(const CostMap& map, const BlockField& field, const Eigen::Vector2i& goal, Steps steps)
       : map_(map),
         field_(field),
         goal_(goal),
+        any_angle_(steps == Steps::kAnyAngle),
+        half_diagonal_(any_angle_ ? std::sqrt(0.5) : kHalfDiagonal),
         open_squared_(SquaredFromRadius(map, 1)),
         wide_squared_(SquaredFromRadius(map, 2)),
         order_(map.width, map.height),
@@ -72,17 +78,16 @@ class LazyThetaStar {
   SearchResult Run(const Eigen::Vector2i& start) {
     SearchResult result;
     Reach(start, order_.Index(start), 0);
-    while (!queue_.IsEmpty()) {
+    while (!IsDone()) {
       const Eigen::Vector2i cell = queue_.Pop();
       State& state = states_[order_.Index(cell)];
       if (state.closed != 0) continue;
       state.closed = 1;
       ++result.num_expanded;
-      StraightenTo(cell, state);
-      if (cell == goal_) return Found(std::move(result));
-      Expand(cell, state);
+      if (any_angle_) StraightenTo(cell, state);
+      if (cell != goal_) Expand(cell, state);
     }
-    return result;
+    return Found(std::move(result));
   }
 
  private:
@@ -97,13 +102,29 @@ class LazyThetaStar {
     std::uint32_t closed;
   };
 
+  // Octile distance, the least possible cost.
+  double StepsToGoal(const Eigen::Vector2i& cell) const {
+    const Eigen::Vector2i way = (goal_ - cell).cwiseAbs();
+    return way.maxCoeff() + (2 * kHalfDiagonal - 1) * way.minCoeff();
+  }
+
   void Reach(const Eigen::Vector2i& cell, std::size_t parent, double g) {
     State& state = states_[order_.Index(cell)];
-    if (state.closed != 0 || (state.g_plus_1 != 0 && state.g_plus_1 <= g + 1)) return;
-    state.g_plus_1 = g + 1;
-    state.parent = static_cast<std::uint32_t>(parent);
-    const double f = g + field_.CostToGoal(cell);
+    if (state.g_plus_1 != 0 && state.g_plus_1 <= g + 1) return;
+    if (any_angle_ && state.closed != 0) return;
+    state = {g + 1, static_cast<std::uint32_t>(parent), 0};
+    const double f = g + (any_angle_ ? field_.CostToGoal(cell) : StepsToGoal(cell));
     queue_.Push(static_cast<std::int64_t>(f * kKeysPerCell), cell);
+  }
+
+  // The cheapest path from cell to cell is found once no remaining entry can be cheaper: cells that
+  // leave the queue early, because the order within a bucket is not that of F, may be expanded
+  // again.
+  bool IsDone() {
+    if (queue_.IsEmpty()) return true;
+    const State& goal = states_[order_.Index(goal_)];
+    if (any_angle_ || goal.g_plus_1 == 0) return goal.closed != 0;
+    return static_cast<double>(queue_.MinKey()) >= kKeysPerCell * (goal.g_plus_1 - 1);
   }
 
   // The lazy part of Lazy Theta*: a cell was reached from an adjacent one. When it is expanded, it
@@ -127,12 +148,13 @@ class LazyThetaStar {
   }
   static bool IsEven(const Eigen::Vector2i& cell) { return ((cell.x() | cell.y()) & 1) == 0; }
 
-  // In open space only cells with two even coordinates are vertices. Near obstacles and at the
-  // border all cells are, so that no passage is missed. Every reached cell except the start is a
-  // vertex.
+  // In open space only cells with two even coordinates are vertices of Lazy Theta*. Near obstacles
+  // and at the border all cells are, so that no passage is missed. Every reached cell except the
+  // start is a vertex.
   bool IsVertex(const Eigen::Vector2i& cell) const {
-    return IsEven(cell) || states_[order_.Index(cell)].g_plus_1 > 1 || cell == goal_ ||
-           ToBorder(cell) == 0 || map_.distances.Squared(cell, open_squared_) < open_squared_;
+    return !any_angle_ || IsEven(cell) || states_[order_.Index(cell)].g_plus_1 > 1 ||
+           cell == goal_ || ToBorder(cell) == 0 ||
+           map_.distances.Squared(cell, open_squared_) < open_squared_;
   }
 
   void Expand(const Eigen::Vector2i& cell, const State& state) {
@@ -140,7 +162,7 @@ class LazyThetaStar {
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
     const std::size_t index = order_.Index(cell);
     const bool is_even = IsEven(cell);
-    const bool only_even = is_even &&
+    const bool only_even = any_angle_ && is_even &&
                            map_.distances.Squared(cell, wide_squared_) >= wide_squared_ &&
                            ToBorder(cell) > 1 && (cell - goal_).cwiseAbs().maxCoeff() > 1;
     const double g = state.g_plus_1 - 1;
@@ -162,12 +184,13 @@ class LazyThetaStar {
     const std::uint16_t* cost = map_.costs.data() + map_.Index(cell);
     const std::ptrdiff_t up = step.y() * std::ptrdiff_t{map_.Stride()};
     if (cost[step.x()] == 0 || cost[up] == 0 || cost[step.x() + up] == 0) return -1;
-    const double half_length = step.x() != 0 && step.y() != 0 ? std::sqrt(0.5) : 0.5;
+    const double half_length = step.x() != 0 && step.y() != 0 ? half_diagonal_ : 0.5;
     return half_length * (*cost + cost[step.x() + up]) / CostMap::kUnitCost;
   }
 
   SearchResult Found(SearchResult result) const {
     std::size_t at = order_.Index(goal_);
+    if (states_[at].g_plus_1 == 0) return result;
     result.found = true;
     result.cost_cells = states_[at].g_plus_1 - 1;
     result.cells.push_back(goal_);
@@ -182,6 +205,8 @@ class LazyThetaStar {
   const CostMap& map_;
   const BlockField& field_;
   Eigen::Vector2i goal_;
+  bool any_angle_;
+  double half_diagonal_;
   // From this squared distance on, all eight neighbours of a cell are free,
   std::int32_t open_squared_;
   std::int32_t wide_squared_;  // and from this one on, so are their neighbours
@@ -192,12 +217,13 @@ class LazyThetaStar {
 
 }  // namespace
 
-SearchResult FindAnyAnglePath(const CostMap& map,
-                              const Eigen::Vector2i& start,
-                              const Eigen::Vector2i& goal) {
+SearchResult FindPath(const CostMap& map,
+                      const Eigen::Vector2i& start,
+                      const Eigen::Vector2i& goal,
+                      Steps steps) {
   const BlockField field(map, goal);
   if (!field.Reaches(start)) return {};
-  return LazyThetaStar(map, field, goal).Run(start);
+  return ThetaStar(map, field, goal, steps).Run(start);
 }
 
 }  // namespace nightmap

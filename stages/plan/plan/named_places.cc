@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/plan/picture_ends.h"
+#include "stages/plan/plan/named_places.h"
 
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -66,6 +67,46 @@ std::vector<std::string> MostAlike(const std::string& name, std::vector<std::str
   return names;
 }
 
+// Objects before things.
+std::vector<NamedBox> AllBoxes(const std::vector<MapObject>& objects,
+                               const std::vector<Thing>& things) {
+  std::vector<NamedBox> boxes;
+  for (const MapObject& object : objects) {
+    const EndBox box{object.name, object.map_from_object, object.size_m, false};
+    boxes.push_back({box, {}, {}});
+  }
+  for (const Thing& thing : things) {
+    const EndBox box{thing.name, thing.map_from_thing, thing.size_m.head<2>(), true};
+    boxes.push_back({box, thing.class_name, thing.bottom_m});
+  }
+  return boxes;
+}
+
+// Names what is spelt most alike.
+[[noreturn]] void FailUnknownName(const std::vector<NamedBox>& boxes, const std::string& name) {
+  if (boxes.empty()) {
+    throw DataError(
+        "object '{}': the map has no objects: name a file of them as `objects` of [import] in the "
+        "site config, let make report propose some in a laser map, or take a profile that finds "
+        "things",
+        name);
+  }
+  std::vector<std::string> names;
+  std::vector<std::string> classes;
+  for (const auto& [box, class_name, bottom_m] : boxes) {
+    names.push_back(box.name);
+    if (class_name.empty() || std::ranges::count(classes, class_name) > 0) continue;
+    classes.push_back(class_name);
+  }
+  const std::string known =
+      fmt::format("the {} of the map ({})", names.size(), FewNames(MostAlike(name, names)));
+  if (classes.empty()) throw DataError("object '{}' is not among {}", name, known);
+  throw DataError("object '{}' is not among {}, nor a class of things ({})",
+                  name,
+                  known,
+                  FewNames(MostAlike(name, classes)));
+}
+
 }  // namespace
 
 std::string FewNames(const std::vector<std::string>& names) {
@@ -105,47 +146,17 @@ const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
   return *matching[0];
 }
 
-const MapObject* FindObject(const std::vector<MapObject>& objects, const std::string& name) {
-  const auto found = std::ranges::find(objects, name, &MapObject::name);
-  return found == objects.end() ? nullptr : &*found;
-}
-
-std::vector<const Thing*> FindThings(const std::vector<Thing>& things, const std::string& name) {
-  const auto found = std::ranges::find(things, name, &Thing::name);
-  if (found != things.end()) return {&*found};
-  std::vector<const Thing*> of_class;
-  for (const Thing& thing : things) {
-    if (thing.class_name == name) of_class.push_back(&thing);
-  }
-  return of_class;
-}
-
-void FailUnknownName(const std::vector<MapObject>& objects,
-                     const std::vector<Thing>& things,
-                     const std::string& name) {
-  if (objects.empty() && things.empty()) {
-    throw DataError(
-        "object '{}': the map has no objects: name a file of them as `objects` of [import] in the "
-        "site config, let make report propose some in a laser map, or take a profile that finds "
-        "things",
-        name);
-  }
-  std::vector<std::string> names;
-  std::vector<std::string> classes;
-  for (const MapObject& object : objects) names.push_back(object.name);
-  for (const Thing& thing : things) {
-    names.push_back(thing.name);
-    if (std::ranges::find(classes, thing.class_name) == classes.end()) {
-      classes.push_back(thing.class_name);
-    }
-  }
-  const std::string known =
-      fmt::format("the {} of the map ({})", names.size(), FewNames(MostAlike(name, names)));
-  if (classes.empty()) throw DataError("object '{}' is not among {}", name, known);
-  throw DataError("object '{}' is not among {}, nor a class of things ({})",
-                  name,
-                  known,
-                  FewNames(MostAlike(name, classes)));
+std::vector<NamedBox> FindBoxes(const std::vector<MapObject>& objects,
+                                const std::vector<Thing>& things,
+                                const std::string& name) {
+  const auto boxes = AllBoxes(objects, things);
+  const auto named = std::ranges::find(boxes, name, [](const auto& box) { return box.box.name; });
+  std::vector<NamedBox> found;
+  std::ranges::copy_if(boxes, std::back_inserter(found), [&](const NamedBox& box) {
+    return named != boxes.end() ? &box == &*named : box.class_name == name;
+  });
+  if (found.empty()) FailUnknownName(boxes, name);
+  return found;
 }
 
 }  // namespace nightmap

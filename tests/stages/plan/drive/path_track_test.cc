@@ -1,48 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/drive/clearance_map.h"
+#include "stages/plan/drive/move_off_obstacles.h"
 
 #include <gtest/gtest.h>
 
-#include "stages/plan/drive/move_off_obstacles.h"
 #include "stages/plan/drive/path_track.h"
 #include "tests/stages/plan/drive/random_path.h"
 
 namespace nightmap {
-namespace clearance_map_test {
-
-TEST(ClearanceMap, IsTheDistanceToTheNearestSquare) {
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    Random random(seed);
-    const OccupancyGrid grid = RandomBuilding(random, 80);
-    const ClearanceMap map(grid, {0.25, true});
-    for (int i = 0; i < 200; ++i) {
-      const Eigen::Vector2d point = grid.origin_in_map + Eigen::Vector2d(random.Uniform(-0.5, 4.5),
-                                                                         random.Uniform(-0.5, 4.5));
-      const double plain_m = PlainClearance_m(grid, point);
-      const double clearance_m = map.Clearance_m(point);
-      if (plain_m < ClearanceMap::kFar_m) {
-        EXPECT_NEAR(clearance_m, plain_m, 1e-9) << seed;
-      } else {
-        EXPECT_GE(clearance_m, ClearanceMap::kFar_m) << seed;
-        EXPECT_LE(clearance_m, plain_m) << seed;
-      }
-      EXPECT_EQ(map.IsClear(point), plain_m >= map.MinClearance_m()) << seed;
-    }
-  }
-}
-
-TEST(ClearanceMap, UnknownAndOutsideAreObstaclesOnlyWhenTheyAreToBe) {
-  OccupancyGrid grid{10, 10, 0.1, {0, 0}, {}};
-  grid.cells.assign(100, kFreeCell);
-  grid.cells[grid.Index(5, 5)] = kUnknownCell;
-  const ClearanceMap strict(grid, {0.1, true});
-  EXPECT_NEAR(strict.Clearance_m({0.55, 0.45}), 0.05, 1e-9);
-  EXPECT_NEAR(strict.Clearance_m({0.05, 0.5}), 0.05, 1e-9);
-  EXPECT_EQ(strict.Clearance_m({-0.5, 3}), 0);
-  const ClearanceMap lax(grid, {0.1, false});
-  EXPECT_GE(lax.Clearance_m({0.55, 0.45}), ClearanceMap::kFar_m);
-  EXPECT_GE(lax.Clearance_m({-0.5, 3}), ClearanceMap::kFar_m);
-}
+namespace path_track_test {
 
 TEST(MoveOffObstacles, MakesRoomWithoutGoingFar) {
   constexpr double kMargin_m = 0.02;
@@ -61,8 +26,8 @@ TEST(MoveOffObstacles, MakesRoomWithoutGoingFar) {
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const double along = static_cast<double>(i) / static_cast<double>(moved.size() - 1);
       const Eigen::Vector2d before = track.At(along * track.Length_m());
-      const double room_m = map.Clearance_m(before) - map.MinClearance_m();
-      const double moved_room_m = map.Clearance_m(moved[i]) - map.MinClearance_m();
+      const double room_m = map.Room_m(before);
+      const double moved_room_m = map.Room_m(moved[i]);
       EXPECT_LE((moved[i] - before).norm(), kMargin_m + 1e-9) << seed;
       EXPECT_GE(moved_room_m, room_m - 1e-9) << seed;
       if (room_m >= kMargin_m) {
@@ -107,5 +72,5 @@ TEST(PathTrack, OnePointIsATrackToo) {
   EXPECT_EQ(track.Nearest_m({5, 5}, 0, 0), 0);
 }
 
-}  // namespace clearance_map_test
+}  // namespace path_track_test
 }  // namespace nightmap

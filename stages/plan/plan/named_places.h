@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the start and the goal of a path from pictures or laser scans that were located on the map,
-// and from its objects and things.
+// Finds the places that ends of a path are named after: pictures and laser scans that were located
+// on the map, its objects and its things.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/io/queries_io.h"
 #include "pipeline/io/things_io.h"
 #include "pipeline/plan/objects_io.h"
+#include "stages/plan/plan/end_box.h"
 
 namespace nightmap {
 
@@ -20,16 +22,17 @@ const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
                              const std::string& kind,
                              const std::string& name);
 
-// The object of this name; null when there is none.
-const MapObject* FindObject(const std::vector<MapObject>& objects, const std::string& name);
+struct NamedBox {
+  EndBox box;
+  std::string class_name;          // of a thing
+  std::optional<double> bottom_m;  // z of a thing's lower face
+};
 
-// The thing of this name, or else all things of the class of this name; there may be none.
-std::vector<const Thing*> FindThings(const std::vector<Thing>& things, const std::string& name);
-
-// Throws DataError naming those objects, things and classes that are spelt most alike.
-[[noreturn]] void FailUnknownName(const std::vector<MapObject>& objects,
-                                  const std::vector<Thing>& things,
-                                  const std::string& name);
+// The object of this name, or else the thing of this name, or else all things of the class of this
+// name. Throws DataError naming those objects, things and classes that are spelt most alike.
+std::vector<NamedBox> FindBoxes(const std::vector<MapObject>& objects,
+                                const std::vector<Thing>& things,
+                                const std::string& name);
 
 // The first few, separated by commas.
 std::string FewNames(const std::vector<std::string>& names);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot's footprint, and whether it is clear of obstacles.
+// The robot's footprint.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/io/grid_io.h"
 
 namespace nightmap {
 
@@ -27,12 +26,5 @@ std::vector<Eigen::Vector2d> FootprintCorners(const FootprintOptions& options);
 // for this circle, so the robot may take any heading anywhere on the path, and the path avoids gaps
 // that it would fit only lengthwise.
 double CircumscribedRadius_m(const FootprintOptions& options);
-
-// Whether a circle around a point touches no obstacle cell and, where unknown cells are obstacles,
-// does not reach beyond the grid. Exact up to rounding.
-bool IsCircleClear(const OccupancyGrid& grid,
-                   const Eigen::Vector2d& centre_in_map,
-                   double radius_m,
-                   bool unknown_is_obstacle);
 
 }  // namespace nightmap

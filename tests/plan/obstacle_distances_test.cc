@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/plan/obstacle_distances.h"
+#include "pipeline/plan/obstacle_distances.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <limits>
 
-#include "tests/stages/plan/plan/scene.h"
+#include "pipeline/base/random.h"
+#include "tests/small_grids.h"
 
 namespace nightmap {
 namespace obstacle_distances_test {
@@ -20,14 +22,38 @@ int SquaredGap(int dx, int dy) {
   return gap_x * gap_x + gap_y * gap_y;
 }
 
-int BruteForce(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {
-  int least = std::numeric_limits<int>::max();
+// Calls visit(x, y) for the cells that are obstacles, also those of a rim around the grid.
+void ForObstacles(const OccupancyGrid& grid,
+                  bool unknown_is_obstacle,
+                  const std::function<void(int, int)>& visit) {
   for (int y = -1; y <= grid.height; ++y) {
     for (int x = -1; x <= grid.width; ++x) {
-      if (!IsObstacle(grid, {x, y}, unknown_is_obstacle)) continue;
-      least = std::min(least, SquaredGap(x - cell.x(), y - cell.y()));
+      const int value = grid.Contains({x, y}) ? grid.At({x, y}) : int{kUnknownCell};
+      if (value == kOccupiedCell || (value == kUnknownCell && unknown_is_obstacle)) visit(x, y);
     }
   }
+}
+
+int BruteForce(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {
+  int least = std::numeric_limits<int>::max();
+  ForObstacles(grid, unknown_is_obstacle, [&](int x, int y) {
+    least = std::min(least, SquaredGap(x - cell.x(), y - cell.y()));
+  });
+  return least;
+}
+
+// From a point to the nearest obstacle's square, in cells; all beyond the rim is as the rim is.
+double BruteForceFromPoint(const OccupancyGrid& grid,
+                           const Eigen::Vector2d& point,
+                           bool unknown_is_obstacle) {
+  const bool is_outside = !grid.Contains(point.array().floor().cast<int>().matrix());
+  if (is_outside && unknown_is_obstacle) return 0;
+  double least = 1e9;
+  ForObstacles(grid, unknown_is_obstacle, [&](int x, int y) {
+    const Eigen::Vector2d low(x, y);
+    const Eigen::Vector2d inside = point.cwiseMax(low).cwiseMin(low + Eigen::Vector2d::Ones());
+    least = std::min(least, (inside - point).norm());
+  });
   return least;
 }
 
@@ -62,6 +88,37 @@ TEST(ObstacleDistances, AreExact) {
       EXPECT_EQ(distances.Squared(cell, 20), std::min(exact, 20));
     });
   }
+}
+
+// Also in obstacles, beyond the grid and on the borders of cells.
+TEST(ObstacleDistances, OfPointsAreExactAndTellWhatFits) {
+  int num_fitting = 0;
+  int num_hitting = 0;
+  for (std::uint64_t seed = 0; seed < 120; ++seed) {
+    Random random(seed);
+    const OccupancyGrid grid = RandomSizedGrid(random);
+    const bool unknown_is_obstacle = seed % 2 == 0;
+    const ObstacleDistances distances(grid, unknown_is_obstacle, 1);
+    for (int i = 0; i < 40; ++i) {
+      SCOPED_TRACE(testing::Message() << seed << " " << i);
+      Eigen::Vector2d point(random.Uniform(-9, grid.width + 9),
+                            random.Uniform(-9, grid.height + 9));
+      if (i % 4 == 0) point.x() = std::round(point.x());
+      const double exact_m =
+          grid.resolution_m * BruteForceFromPoint(grid, point, unknown_is_obstacle);
+      EXPECT_NEAR(distances.Clearance_m(point), std::min(exact_m, 100.0), 1e-9);
+      const double radius_m = random.Uniform(0, 2.5);
+      EXPECT_NEAR(distances.Clearance_m(point, radius_m), std::min(exact_m, radius_m), 1e-9);
+      EXPECT_EQ(distances.Fits(point, radius_m), exact_m >= radius_m - 2e-6);
+      EXPECT_TRUE(exact_m == 0 || distances.Fits(point, exact_m));
+      EXPECT_FALSE(exact_m == 0 && distances.Fits(point, 1e-5));
+      const Eigen::Vector2i own = point.array().floor().cast<int>();
+      EXPECT_EQ(distances.Fits(point, 0), !distances.IsObstacle(own));
+      ++(exact_m >= radius_m ? num_fitting : num_hitting);
+    }
+  }
+  EXPECT_GT(num_fitting, 500);
+  EXPECT_GT(num_hitting, 500);
 }
 
 // Includes caps whose sums need more than 16 bits.
@@ -106,7 +163,7 @@ TEST(ObstacleDistances, AreExactFarFromObstacles) {
 
 TEST(ObstacleDistances, SameAtAnyNumberOfThreads) {
   Random random(4);
-  const OccupancyGrid grid = Building(random, 600, 60);
+  const OccupancyGrid grid = RandomGrid(random, 600, 600, 0.01);
   const ObstacleDistances one(grid, true, 1);
   const ObstacleDistances four(grid, true, 4);
   ForEachCell(

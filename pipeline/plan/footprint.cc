@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/plan/footprint.h"
+#include "pipeline/plan/footprint.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/base/error.h"
-#include "stages/plan/plan/cost_map.h"
 
 namespace nightmap {
 
@@ -36,30 +35,6 @@ double CircumscribedRadius_m(const FootprintOptions& options) {
   double radius_m = 0;
   for (const Eigen::Vector2d& corner : corners) radius_m = std::max(radius_m, corner.norm());
   return radius_m;
-}
-
-bool IsCircleClear(const OccupancyGrid& grid,
-                   const Eigen::Vector2d& centre_in_map,
-                   double radius_m,
-                   bool unknown_is_obstacle) {
-  constexpr double kRounding_cells = 1e-6;
-  const Eigen::Vector2d centre = grid.ToCells(centre_in_map);
-  const double radius = radius_m / grid.resolution_m - kRounding_cells;
-  const Eigen::Vector2i own = centre.array().floor().cast<int>();
-  if (IsObstacle(grid, own, unknown_is_obstacle)) return false;
-  const Eigen::Vector2i first = (centre.array() - std::max(radius, 0.0)).floor().cast<int>();
-  const Eigen::Vector2i last = (centre.array() + std::max(radius, 0.0)).floor().cast<int>();
-  for (int y = first.y(); y <= last.y(); ++y) {
-    for (int x = first.x(); x <= last.x(); ++x) {
-      const Eigen::Vector2d corner = Eigen::Vector2d(x, y);
-      const Eigen::Vector2d nearest =
-          centre.cwiseMax(corner).cwiseMin(corner + Eigen::Vector2d::Ones());
-      if ((nearest - centre).norm() < radius && IsObstacle(grid, {x, y}, unknown_is_obstacle)) {
-        return false;
-      }
-    }
-  }
-  return true;
 }
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/plan/obstacle_distances.h"
+#include "pipeline/plan/obstacle_distances.h"
 
 #include <algorithm>
 #include <array>
@@ -70,7 +70,10 @@ void LeastSums(const std::uint16_t* columns,
 ObstacleDistances::ObstacleDistances(const OccupancyGrid& grid,
                                      bool unknown_is_obstacle,
                                      int num_threads)
-    : width_(grid.width), outside_blocked_(unknown_is_obstacle) {
+    : width_(grid.width),
+      height_(grid.height),
+      resolution_m_(grid.resolution_m),
+      outside_blocked_(unknown_is_obstacle) {
   const auto distances = [&](const std::vector<std::uint8_t>& blocked) {
     return ColumnDistances(blocked, width_, grid.height, outside_blocked_, num_threads);
   };
@@ -81,6 +84,38 @@ ObstacleDistances::ObstacleDistances(const OccupancyGrid& grid,
   std::vector<std::uint8_t> blocked(grid.cells.size());
   for (std::size_t i = 0; i < blocked.size(); ++i) blocked[i] = grid.cells[i] == kOccupiedCell;
   columns_ = distances(blocked);
+}
+
+double ObstacleDistances::Clearance_m(const Eigen::Vector2d& point, double cap_m) const {
+  const Eigen::Array2i last(width_ - 1, height_ - 1);
+  const Eigen::Array2d cells = point.array().floor();
+  if (outside_blocked_ && ((cells < 0).any() || (cells > last.cast<double>()).any())) return 0;
+  const Eigen::Vector2i own = cells.max(0).min(last.cast<double>()).cast<int>();
+  const double cap = std::pow(cap_m / resolution_m_, 2);
+  double squared = std::numeric_limits<double>::infinity();
+  // The nearest of a column: its distance does not tell whether it is above or below.
+  const auto look = [&](int x) {
+    const int distance = x >= 0 && x < width_ ? Row(own.y())[x] : 0;
+    if (std::pow(Gap(distance), 2) >= squared) return;
+    for (const int y : {own.y() - distance, own.y() + distance}) {
+      if (!IsObstacle({x, y})) continue;
+      const Eigen::Array2d beside = (point.array() - Eigen::Array2d(x + 0.5, y + 0.5)).abs() - 0.5;
+      squared = std::min(squared, beside.max(0).matrix().squaredNorm());
+    }
+  };
+  look(own.x());
+  for (int offset = 1; std::pow(offset - 1, 2) < std::min(squared, cap) && offset <= width_;
+       ++offset) {
+    look(own.x() - offset);
+    look(own.x() + offset);
+  }
+  return std::min(cap_m, resolution_m_ * std::sqrt(squared));
+}
+
+bool ObstacleDistances::Fits(const Eigen::Vector2d& point, double radius_m) const {
+  const double least_m = radius_m - kFileRounding_m;
+  return least_m > 0 ? Clearance_m(point, least_m) >= least_m
+                     : !IsObstacle(point.array().floor().cast<int>());
 }
 
 std::int32_t ObstacleDistances::Squared(const Eigen::Vector2i& cell, std::int32_t cap) const {
