@@ -288,7 +288,7 @@ TEST_F(CorruptArtifactsTest, Paths) {
   const std::string json =
       "{\"format\": \"nightmap_path\", \"version\": 3, \"num_points\": 3, \"floor\": 0,\n"
       "\"num_legs\": 2, \"length_m\": 2, \"config\": \"robot_radius_m = 0.2\\nfootprint_m = [0.3, "
-      "0.2, -0.3, 0.2]\\n"
+      "0.2, -0.3, 0.2, 0, -0.2]\\n"
       "unknown = \\\"forbidden\\\"\\n\"}";
   const auto whole_json = folder_.Write("whole.json", json);
   ExpectText("a.csv", csv, [&](const Path& path) { ReadPlannedPath(path, whole_json); });
