@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "pipeline/base/error.h"
 
@@ -141,6 +142,21 @@ void CheckValue(const OptionSpec& spec, const std::string& where) {
                    RangeText(spec));
 }
 
+// Lines of at most 100 characters.
+std::string Comment(const std::string& text) {
+  std::string lines = "#";
+  std::size_t width = 1;
+  std::istringstream words(text);
+  for (std::string word; words >> word; width += 1 + word.size()) {
+    if (width + 1 + word.size() > 100) {
+      lines += "\n#";
+      width = 1;
+    }
+    lines += " " + word;
+  }
+  return lines;
+}
+
 const OptionSpec& Find(const std::vector<OptionSpec>& specs,
                        const std::string& name,
                        const std::string& where) {
@@ -153,52 +169,22 @@ const OptionSpec& Find(const std::vector<OptionSpec>& specs,
 
 }  // namespace
 
-void OptionList::Insert(OptionSpec spec) {
-  specs_.insert(specs_.begin() + static_cast<std::ptrdiff_t>(next_), std::move(spec));
-  ++next_;
+void OptionList::Add(std::string name, OptionPointer value, std::string doc) {
+  specs_.push_back({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
 }
 
-void OptionList::ContinueAfter(const std::string& name) {
-  const OptionSpec& spec = Find(specs_, name, "options");
-  next_ = static_cast<std::size_t>(&spec - specs_.data()) + 1;
-}
-
-void OptionList::Add(std::string name, bool* value, std::string doc) {
-  Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
-}
-
-void OptionList::Add(std::string name, int* value, Range range, std::string doc) {
-  Insert({std::move(name), value, range.min, range.max, {}, std::move(doc)});
-}
-
-void OptionList::Add(std::string name, double* value, Range range, std::string doc) {
-  Insert({std::move(name), value, range.min, range.max, {}, std::move(doc)});
-}
-
-void OptionList::Add(std::string name, std::vector<int>* value, Range range, std::string doc) {
-  Insert({std::move(name), value, range.min, range.max, {}, std::move(doc)});
-}
-
-void OptionList::Add(std::string name, std::vector<double>* value, Range range, std::string doc) {
-  Insert({std::move(name), value, range.min, range.max, {}, std::move(doc)});
-}
-
-void OptionList::Add(std::string name, std::string* value, std::string doc) {
-  Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
-}
-
-void OptionList::Add(std::string name, std::vector<std::string>* value, std::string doc) {
-  Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
+void OptionList::Add(std::string name, OptionPointer value, Range range, std::string doc) {
+  specs_.push_back({std::move(name), value, range.min, range.max, {}, std::move(doc)});
 }
 
 void OptionList::Add(std::string name,
                      std::string* value,
                      std::vector<std::string> choices,
                      std::string doc) {
-  Insert({.name = std::move(name),
-          .value = value,
-          .choices = std::move(choices),
-          .doc = std::move(doc)});
+  specs_.push_back({.name = std::move(name),
+                    .value = value,
+                    .choices = std::move(choices),
+                    .doc = std::move(doc)});
 }
 
 void OptionList::ParseToml(std::string_view text, const std::string& source) {
@@ -230,6 +216,16 @@ void OptionList::Check(const std::string& source) const {
 std::string OptionList::ToToml() const {
   std::string text;
   for (const OptionSpec& spec : specs_) {
+    text += fmt::format("{} = {}\n", spec.name, ValueToToml(spec.value));
+  }
+  return text;
+}
+
+std::string OptionList::ToCommentedToml() const {
+  std::string text;
+  for (const OptionSpec& spec : specs_) {
+    const std::string range = RangeText(spec);
+    text += "\n" + Comment(spec.doc + (range.empty() ? "" : "; " + range)) + "\n";
     text += fmt::format("{} = {}\n", spec.name, ValueToToml(spec.value));
   }
   return text;

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of a stage: each struct registers its fields once, and everything else (TOML parsing,
-// --help, --print-config, range checks, the options page) iterates over that registration.
+// Options of a stage: a struct whose fields say in one place their name, default, range and
+// meaning. Everything else (TOML parsing, --help, --print-config, default configs, range checks) is
+// made from that. Options come in the order of the fields.
 //
 //   struct GridOptions {
-//     double resolution_m = 0.05;
-//     void Register(OptionList& list) {
-//       list.Add("resolution_m", &resolution_m, Range(0.01, 1.0), "edge length of a cell");
-//     }
+//     OPTION(double, resolution_m, 0.05, {0.01, 1.0}, "edge length of a cell");
+//     OPTION(std::string, planner, "astar", {"astar", "any_angle"}, "how paths are searched");
+//     OPTION(bool, thin_walls, false, "draws straight walls one cell wide");
+//     OPTIONS_OF(WheelNoise, wheels, "wheel_");                          // a struct of options
+//     VocabularyTreeOptions tree;                                        // a library's parameters
+//     OPTION_AT("depth", tree.depth, {1, 8}, "levels below the root");  // one of them
+//     REGISTER_OPTIONS();                                                // void
+//     Register(OptionList&)
 //   };
 #pragma once
 
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -50,18 +56,17 @@ struct OptionSpec {
 
 class OptionList {
  public:
-  void Add(std::string name, bool* value, std::string doc);
-  void Add(std::string name, int* value, Range range, std::string doc);
-  void Add(std::string name, double* value, Range range, std::string doc);
-  void Add(std::string name, std::vector<int>* value, Range range, std::string doc);
-  void Add(std::string name, std::vector<double>* value, Range range, std::string doc);
-  void Add(std::string name, std::string* value, std::string doc);
-  void Add(std::string name, std::vector<std::string>* value, std::string doc);
+  void Add(std::string name, OptionPointer value, std::string doc);
+  void Add(std::string name, OptionPointer value, Range range, std::string doc);
   void Add(std::string name, std::string* value, std::vector<std::string> choices, std::string doc);
 
-  // The options that are added from now on stand behind option `name`, not at the end, so that a
-  // stage can put its own beside those of a struct that it shares with others.
-  void ContinueAfter(const std::string& name);
+  // All options of a struct, with `prefix` before their names.
+  template <typename Options>
+  void AddAll(Options& options, const std::string& prefix = "") {
+    const std::size_t first = specs_.size();
+    options.Register(*this);
+    for (std::size_t i = first; i < specs_.size(); ++i) specs_[i].name.insert(0, prefix);
+  }
 
   const std::vector<OptionSpec>& Specs() const { return specs_; }
 
@@ -79,13 +84,14 @@ class OptionList {
   // The current values as TOML, in order of registration; ParseToml(ToToml()) is a fixed point.
   std::string ToToml() const;
 
+  // The same with the meaning and range of each option as a comment above it.
+  std::string ToCommentedToml() const;
+
   // A table for --help: name, default, range, doc.
   std::string Help() const;
 
  private:
-  void Insert(OptionSpec spec);
   std::vector<OptionSpec> specs_;
-  std::size_t next_ = 0;  // index that the next option gets
 };
 
 template <typename Options>
@@ -94,5 +100,40 @@ OptionList RegisterOptions(Options& options) {
   options.Register(list);
   return list;
 }
+
+// The macros below give each line that declares an option a member function of its own, an overload
+// for the type AtLine<line>; Register calls those of all lines up to its own. C++20 has no other
+// way to go through the fields of a struct by name.
+template <int line>
+struct AtLine {};
+
+#define OPTION_AT(name, field, ...)                                           \
+  void RegisterLine(nightmap::AtLine<__LINE__>, nightmap::OptionList& list) { \
+    list.Add(name, &field, __VA_ARGS__);                                      \
+  }
+
+#define OPTION(type, name, initial, ...) \
+  type name = initial;                   \
+  OPTION_AT(#name, name, __VA_ARGS__)
+
+#define OPTIONS_AT(field, ...)                                                \
+  void RegisterLine(nightmap::AtLine<__LINE__>, nightmap::OptionList& list) { \
+    list.AddAll(field __VA_OPT__(, ) __VA_ARGS__);                            \
+  }
+
+#define OPTIONS_OF(type, name, ...) \
+  type name;                        \
+  OPTIONS_AT(name __VA_OPT__(, ) __VA_ARGS__)
+
+#define REGISTER_OPTIONS()                                                               \
+  template <int line>                                                                    \
+  void RegisterLine(nightmap::AtLine<line>, nightmap::OptionList&) {}                    \
+  template <int... lines>                                                                \
+  void RegisterLines(std::integer_sequence<int, lines...>, nightmap::OptionList& list) { \
+    (RegisterLine(nightmap::AtLine<lines>(), list), ...);                                \
+  }                                                                                      \
+  void Register(nightmap::OptionList& list) {                                            \
+    RegisterLines(std::make_integer_sequence<int, __LINE__>(), list);                    \
+  }
 
 }  // namespace nightmap

@@ -15,6 +15,8 @@
 namespace nightmap {
 namespace {
 
+constexpr double kSiftEdgeThreshold = 10.0;  // higher keeps more edge-like features
+constexpr int kSiftNumOctaveLayers = 3;      // layers per octave
 constexpr int kOrbPatch_px = 31;
 constexpr int kBriskPatch_px = 12;
 constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at its edges above all
@@ -36,11 +38,8 @@ struct Detector {
 
 // OpenCV keeps all ties with the last one, so KeepStrongest decides among them.
 cv::Ptr<cv::Feature2D> MakeSift(const ExtractionOptions& options, int num_kept) {
-  return cv::SIFT::create(num_kept,
-                          options.sift_num_octave_layers,
-                          options.sift_contrast_threshold,
-                          options.sift_edge_threshold,
-                          1.6);
+  return cv::SIFT::create(
+      num_kept, kSiftNumOctaveLayers, options.sift_contrast_threshold, kSiftEdgeThreshold, 1.6);
 }
 
 template <int kBorder_px>
@@ -192,48 +191,10 @@ void AppendBinary(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) 
 
 }  // namespace
 
-void ExtractionOptions::Register(OptionList& list) {
+std::vector<std::string> DetectorNames() {
   std::vector<std::string> names;
   for (const Detector& one : Detectors()) names.push_back(one.name);
-  list.Add("detector",
-           &detector,
-           names,
-           "keypoints and descriptors; fast_: FAST corners of one scale, described upright; "
-           "harris: Harris corners of one scale, described as by ORB at any angle. SURF is missing "
-           "because it is patented and Debian's OpenCV is built without it");
-  list.Add("num_features",
-           &num_features,
-           Range(50, 20000),
-           "number of features kept per image, strongest first");
-  list.Add("sift_contrast_threshold",
-           &sift_contrast_threshold,
-           Range(0, 0.2),
-           "lower finds more features on weak texture");
-  list.Add("sift_edge_threshold",
-           &sift_edge_threshold,
-           Range(1, 100),
-           "higher keeps more edge-like features");
-  list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers per octave");
-  list.Add("fast_threshold",
-           &fast_threshold,
-           Range(1, 100),
-           "threshold of ORB, BRISK and FAST, in gray levels");
-  list.Add("harris_min_gradient",
-           &harris.min_gradient,
-           Range(0.1, 100),
-           "weakest Harris corner, by its gradient in every direction, in gray levels per pixel");
-  list.Add("harris_max_per_cell",
-           &harris.max_per_cell,
-           Range(1, 1000),
-           "Harris corners kept in each of 8 x 6 cells of the picture, strongest first");
-  list.Add("depth_window_px",
-           &depth_window_px,
-           Range(0, 10),
-           "half size of the window for a keypoint's depth lookup");
-  list.Add("max_depth_step",
-           &max_depth_step,
-           Range(0.001, 1),
-           "relative depth difference that separates two surfaces");
+  return names;
 }
 
 DescriptorKind ExtractionOptions::Kind() const { return DetectorOf(*this).kind; }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/camera/harris_corners.h"
@@ -15,19 +16,21 @@
 
 namespace nightmap {
 
-struct ExtractionOptions {
-  std::string detector = "sift";
-  int num_features = 1000;  // the strongest are kept
-  double sift_contrast_threshold = 0.02;
-  double sift_edge_threshold = 10.0;
-  int sift_num_octave_layers = 3;
-  int fast_threshold = 10;  // ORB, BRISK and FAST
-  HarrisOptions harris;
-  int depth_window_px = 2;       // half size of the window for depth lookup
-  double max_depth_step = 0.05;  // relative depth difference that counts as an edge
+std::vector<std::string> DetectorNames();
 
-  void Register(OptionList& list);
+struct ExtractionOptions {
+  OPTION(std::string, detector, "sift", DetectorNames(),
+         "keypoints and descriptors; fast_: FAST corners of one scale, described upright; harris: "
+         "Harris corners of one scale, described as by ORB at any angle. SURF is missing because "
+         "it is patented and Debian's OpenCV is built without it");
+  OPTION(int, num_features, 1000, {50, 20000},
+         "number of features kept per image, strongest first");
+  double sift_contrast_threshold = 0.02;  // lower finds more features on weak texture
+  OPTION(int, fast_threshold, 10, {1, 100}, "threshold of ORB, BRISK and FAST, in gray levels");
+  HarrisOptions harris;
+
   DescriptorKind Kind() const;
+  REGISTER_OPTIONS();
 };
 
 // Features of a color image without depth (depths_m all 0). Deterministic; one thread. Keypoints

@@ -7,6 +7,9 @@
 namespace nightmap {
 namespace {
 
+constexpr int kDepthWindow_px = 2;      // half size of the window for a keypoint's depth lookup
+constexpr double kMaxDepthStep = 0.05;  // relative depth difference that separates two surfaces
+
 struct DepthSample {
   float depth_m;
   int distance2_px;  // squared distance to the keypoint
@@ -48,15 +51,13 @@ float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
 
 }  // namespace
 
-void LookUpDepth(const DepthImage& depth,
-                 const ExtractionOptions& options,
-                 FrameFeatures* features) {
+void LookUpDepth(const DepthImage& depth, FrameFeatures* features) {
   for (std::size_t i = 0; i < features->raw_keypoints_px.size(); ++i) {
     const Eigen::Vector2f& raw = features->raw_keypoints_px[i];
     const auto x = static_cast<int>(std::lround(raw.x()));
     const auto y = static_cast<int>(std::lround(raw.y()));
     features->depths_m[i] =
-        SurfaceDepth_m(SampleWindow(depth, x, y, options.depth_window_px), options.max_depth_step);
+        SurfaceDepth_m(SampleWindow(depth, x, y, kDepthWindow_px), kMaxDepthStep);
   }
 }
 

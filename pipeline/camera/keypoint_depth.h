@@ -10,8 +10,6 @@ namespace nightmap {
 // the window into surfaces at steps larger than max_depth_step. Takes the depth of the surface on
 // which the centre (or the nearest valid pixel) lies, or 0 when the window straddles surfaces
 // without a valid centre. An image without pixels gives no depths: all are 0.
-void LookUpDepth(const DepthImage& depth,
-                 const ExtractionOptions& options,
-                 FrameFeatures* features);
+void LookUpDepth(const DepthImage& depth, FrameFeatures* features);
 
 }  // namespace nightmap

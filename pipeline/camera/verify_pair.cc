@@ -84,31 +84,6 @@ PairStatus Judge(const VerifyOptions& options, double spread, const Matrix6d& co
 
 }  // namespace
 
-void VerifyOptions::Register(OptionList& list, const std::string& pair) {
-  list.Add("max_ratio", &max_ratio, Range(0.3, 1.0), "Lowe's ratio of nearest to second nearest");
-  list.Add("max_error_px", &pose.max_error_px, Range(0.5, 20), "inlier threshold on reprojection");
-  list.Add("max_depth_error",
-           &pose.max_depth_error,
-           Range(0.005, 1),
-           "inlier threshold on measured depth, relative");
-  list.Add(
-      "min_inliers", &pose.min_inliers, Range(4, 1000), "smallest number of inliers of a " + pair);
-  list.Add("min_spread",
-           &min_spread,
-           Range(0, 1),
-           "share of the image that a " + pair + "'s inliers must cover");
-  list.Add("max_ransac_iterations",
-           &pose.max_iterations,
-           Range(10, 100000),
-           "RANSAC iterations per pair");
-  list.Add("max_motions",
-           &max_motions,
-           Range(1, 20),
-           "largest number of rigid motions searched in a " + pair +
-               "; the one of the largest surface is what stands still");
-  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
-}
-
 double Spread(const std::vector<Eigen::Vector2d>& pixels, const Camera& camera) {
   if (pixels.size() < 3) return 0;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();

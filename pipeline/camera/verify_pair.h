@@ -13,18 +13,19 @@
 namespace nightmap {
 
 struct VerifyOptions {
+  OPTION(double, max_ratio, 0.85, {0.3, 1.0}, "Lowe's ratio of nearest to second nearest");
+  AbsolutePoseOptions pose;  // its seed is not used
+  OPTION_AT("max_error_px", pose.max_error_px, {0.5, 20}, "inlier threshold on reprojection");
+  OPTION_AT("min_inliers", pose.min_inliers, {4, 1000}, "smallest number of inliers of a pair");
+  double min_spread = 0.02;  // share of the image that a pair's inliers must cover
+  OPTION(int, max_motions, 5, {1, 20},
+         "largest number of rigid motions searched in a pair; the one of the largest surface is "
+         "what stands still");
+  OPTION(int, seed, 0, {0, 1e6}, "seed of RANSAC");
   DescriptorKind kind = DescriptorKind::kRootSift;  // of the features
-  double max_ratio = 0.85;
-  double min_spread = 0.02;  // area of the inliers' covariance ellipse over the image's area
-  double max_sigma_m =
-      std::numeric_limits<double>::infinity();  // of b_from_a, in the worst direction
-  AbsolutePoseOptions pose;                     // its seed is not used
-  int max_motions = 5;
-  int seed = 0;  // each pair draws from a random stream of its own
-
-  // Registers those that users set. `pair` names a pair in the help. max_sigma_m is not among them:
-  // not every stage limits it.
-  void Register(OptionList& list, const std::string& pair = "pair");
+  // Of b_from_a, in the worst direction. Not every stage limits it.
+  double max_sigma_m = std::numeric_limits<double>::infinity();
+  REGISTER_OPTIONS();
 };
 
 // Matches descriptors (ratio, mutual), or takes the tracker's matches if b was tracked from a. Then

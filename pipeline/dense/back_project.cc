@@ -11,6 +11,9 @@
 namespace nightmap {
 namespace {
 
+// A pixel is on an edge when a neighbour's depth differs by more than this share.
+constexpr double kMaxDepthJump = 0.04;
+
 class FrameBackProjector {
  public:
   FrameBackProjector(const DepthImage& depth,
@@ -59,8 +62,7 @@ class FrameBackProjector {
 
  private:
   float MaxJump_m(float z) const {
-    return static_cast<float>(
-        std::max(options_.max_depth_jump * z, 3 * std::sqrt(2.0) * Sigma_m(z)));
+    return static_cast<float>(std::max(kMaxDepthJump * z, 3 * std::sqrt(2.0) * Sigma_m(z)));
   }
 
   float DepthOrZero(int x, int y) const {
@@ -102,22 +104,6 @@ void CheckSizes(const DepthImage& depth, const ColorImage& color, const RayTable
 }
 
 }  // namespace
-
-void DepthFilterOptions::Register(OptionList& list) {
-  list.Add("pixel_stride", &pixel_stride, Range(1, 16), "uses every Nth pixel of every Nth row");
-  list.Add("max_depth_jump",
-           &max_depth_jump,
-           Range(0.001, 1.0),
-           "a pixel is on an edge when a neighbour's depth differs by more than this share");
-  list.Add("edge_radius_px",
-           &edge_radius_px,
-           Range(0, 16),
-           "distance up to which neighbours are compared for edges; 0 keeps flying pixels");
-  list.Add("max_incidence_rad",
-           &max_incidence_rad,
-           Range(0.1, 1.5707963),
-           "largest angle between viewing ray and surface normal");
-}
 
 RayTable MakeRayTable(const Camera& camera, int num_threads) {
   const auto width = static_cast<std::size_t>(camera.width);

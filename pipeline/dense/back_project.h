@@ -14,12 +14,12 @@
 namespace nightmap {
 
 struct DepthFilterOptions {
-  int pixel_stride = 2;
-  double max_depth_jump = 0.04;
-  int edge_radius_px = 2;
-  double max_incidence_rad = 1.4;
-
-  void Register(OptionList& list);
+  OPTION(int, pixel_stride, 2, {1, 16}, "uses every Nth pixel of every Nth row");
+  OPTION(int, edge_radius_px, 2, {0, 16},
+         "distance up to which neighbours are compared for edges; 0 keeps flying pixels");
+  OPTION(double, max_incidence_rad, 1.4, {0.1, 1.5707963},
+         "largest angle between viewing ray and surface normal");
+  REGISTER_OPTIONS();
 };
 
 // Ray of each pixel, row by row, at z = 1 with the distortion removed.

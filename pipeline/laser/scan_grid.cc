@@ -14,6 +14,10 @@
 namespace nightmap {
 namespace {
 
+// Probability that a cell is occupied when one scan passed it.
+constexpr double kMissProbability = 0.4;
+// Limit of ln(p / (1 - p)) of a cell; with less the last scans count more.
+constexpr double kMaxLogOdds = 14;
 constexpr double kMaxIndex = 1e9;  // cells to the map's origin, where a double resolves 1e-7 cells
 constexpr double kMaxCells = 4e8;  // a square kilometre at 5 cm
 constexpr double kRadPerDegree = std::numbers::pi / 180;
@@ -89,8 +93,8 @@ class Filler {
       : options_(options),
         grid_(grid),
         hit_(LogOdds(options.hit_probability)),
-        miss_(LogOdds(options.miss_probability)),
-        max_(static_cast<float>(options.max_log_odds)),
+        miss_(LogOdds(kMissProbability)),
+        max_(static_cast<float>(kMaxLogOdds)),
         log_odds_(grid.cells.size()),
         num_hits_(grid.cells.size()),
         marks_(grid.cells.size()) {}
@@ -169,34 +173,6 @@ OccupancyGrid UnknownGrid(double resolution_m, double margin_m, const Eigen::Ali
 }
 
 }  // namespace
-
-void ScanGridOptions::Register(OptionList& list) {
-  list.Add("resolution_m", &resolution_m, Range(0.005, 1), "edge length of a cell");
-  list.Add("hit_probability",
-           &hit_probability,
-           Range(0.501, 0.99),
-           "probability that a cell is occupied when one scan hit it");
-  list.Add("miss_probability",
-           &miss_probability,
-           Range(0.01, 0.499),
-           "probability that a cell is occupied when one scan passed it");
-  list.Add("max_log_odds",
-           &max_log_odds,
-           Range(1, 1e6),
-           "limit of ln(p / (1 - p)) of a cell; with less the last scans count more");
-  list.Add("min_range_m", &min_range_m, Range(0.001, 10), "ignores shorter ranges");
-  list.Add("max_range_m",
-           &max_range_m,
-           Range(0.5, 1000),
-           "a beam that hit something farther away clears the cells up to this range");
-  list.Add("clear_range_m",
-           &clear_range_m,
-           Range(0, 1000),
-           "a beam that hit nothing clears the cells up to this range");
-  list.Add(
-      "thin_walls", &thin_walls, "draws straight walls one cell wide, where most beams hit them");
-  list.Add("margin_m", &margin_m, Range(0, 100), "unknown space around the map");
-}
 
 ScanGrid GridOfScans(const ScanGridOptions& options, std::span<const PlacedScan> scans) {
   ScanGrid result;

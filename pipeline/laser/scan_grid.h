@@ -20,17 +20,17 @@ namespace nightmap {
 // walk by hit a cell in far fewer. A wall is not hit in all: it fills only a part of its cells, and
 // beams along it pass through the rest; poses that are a few centimetres off do the same.
 struct ScanGridOptions {
-  double resolution_m = 0.05;
-  double hit_probability = 0.7;
-  double miss_probability = 0.4;
-  double max_log_odds = 14;
-  double min_range_m = 0.1;
-  double max_range_m = 30;
-  double clear_range_m = 0;
-  bool thin_walls = true;
-  double margin_m = 0.25;
-
-  void Register(OptionList& list);
+  OPTION(double, resolution_m, 0.05, {0.005, 1}, "edge length of a cell");
+  OPTION(double, hit_probability, 0.7, {0.501, 0.99},
+         "probability that a cell is occupied when one scan hit it");
+  OPTION(double, min_range_m, 0.1, {0.001, 10}, "ignores shorter ranges");
+  OPTION(double, max_range_m, 30, {0.5, 1000},
+         "a beam that hit something farther away clears the cells up to this range");
+  OPTION(double, clear_range_m, 0, {0, 1000},
+         "a beam that hit nothing clears the cells up to this range");
+  OPTION(bool, thin_walls, true, "draws straight walls one cell wide, where most beams hit them");
+  OPTION(double, margin_m, 0.25, {0, 100}, "unknown space around the map");
+  REGISTER_OPTIONS();
 };
 
 // One scan. Beam i points at first_angle_rad + i * step_angle_rad, counter-clockwise from the

@@ -8,15 +8,6 @@
 
 namespace nightmap {
 
-void FootprintOptions::Register(OptionList& list) {
-  list.Add("robot_radius_m", &robot_radius_m, Range(0.0, 5.0), "radius of a round robot");
-  list.Add("footprint_m",
-           &footprint_m,
-           Range(-5.0, 5.0),
-           "corners x0, y0, x1, y1, ... of a polygonal robot, x forward, turning about 0, 0; "
-           "overrides robot_radius_m");
-}
-
 std::vector<Eigen::Vector2d> FootprintCorners(const FootprintOptions& options) {
   const std::vector<double>& values = options.footprint_m;
   if (values.size() % 2 != 0 || values.size() == 2 || values.size() == 4) {

@@ -11,11 +11,11 @@ namespace nightmap {
 
 // Robot's frame: x forward, y left, origin at the centre about which it turns.
 struct FootprintOptions {
-  double robot_radius_m = 0.25;  // for a round robot
-  std::vector<double>
-      footprint_m;  // x and y of each corner of a polygon; empty: the robot is round
-
-  void Register(OptionList& list);
+  OPTION(double, robot_radius_m, 0.25, {0.0, 5.0}, "radius of a round robot");
+  OPTION(std::vector<double>, footprint_m, std::vector<double>(), {-5.0, 5.0},
+         "corners x0, y0, x1, y1, ... of a polygonal robot, x forward, turning about 0, 0; "
+         "overrides robot_radius_m");
+  REGISTER_OPTIONS();
 };
 
 // The corners of the polygon, or none for a round robot. Throws UsageError unless there are three

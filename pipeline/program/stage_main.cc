@@ -170,7 +170,7 @@ bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionL
   if (line.version) {
     std::cout << spec.name << " (nightmap) " << NIGHTMAP_VERSION << '\n';
   } else if (line.print_config) {
-    std::cout << options.ToToml();
+    std::cout << options.ToCommentedToml();
   } else if (line.print_ports) {
     std::cout << PortLines(spec);
   } else if (line.check_config) {

@@ -68,13 +68,4 @@ const Signal& ChooseOdometry(const std::vector<Signal>& odometry,
                 {"odometry", "odometry", "measures odometry", "measure odometry", "sample"});
 }
 
-void OdometryChoice::Register(OptionList& list) {
-  list.Add(
-      "odometry_sensor", &sensor, "id of the sensor; empty: the only one that measures odometry");
-  list.Add("max_odometry_gap_s",
-           &max_gap_s,
-           Range(0.001, 1000),
-           "longest time between two samples of the odometry that a motion may span");
-}
-
 }  // namespace nightmap

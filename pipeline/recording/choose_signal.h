@@ -25,10 +25,13 @@ const Signal& ChooseOdometry(const std::vector<Signal>& odometry,
 // The odometry that a job takes, and how much of it may be missing.
 struct OdometryChoice {
   std::string sensor;
+  OPTION_AT("odometry_sensor", sensor,
+            "id of the sensor; empty: the only one that measures odometry");
   double max_gap_s = 0.5;  // between two samples
+  OPTION_AT("max_odometry_gap_s", max_gap_s, {0.001, 1000},
+            "longest time between two samples of the odometry that a motion may span");
 
-  // Registers odometry_sensor and max_odometry_gap_s.
-  void Register(OptionList& list);
+  REGISTER_OPTIONS();
 };
 
 }  // namespace nightmap

@@ -27,42 +27,6 @@ double WheelNoise::HeadingSigma_rad(const WheelMotion& motion) const {
          heading_sigma_per_turn * motion.turn_rad;
 }
 
-void WheelNoise::Register(OptionList& list) {
-  const Range sigma(1e-6, 10), growth(0, 10);
-  list.Add("position_sigma_floor_m",
-           &position_sigma_floor_m,
-           sigma,
-           "standard deviation of x and y from frame to frame");
-  list.Add("position_sigma_per_distance",
-           &position_sigma_per_distance,
-           growth,
-           "added to it, in metres per metre driven");
-  list.Add("position_sigma_m_per_rad",
-           &position_sigma_m_per_rad,
-           growth,
-           "added to it per radian turned");
-  list.Add("heading_sigma_floor_rad",
-           &heading_sigma_floor_rad,
-           sigma,
-           "standard deviation of the heading from frame to frame");
-  list.Add(
-      "heading_sigma_rad_per_m", &heading_sigma_rad_per_m, growth, "added to it per metre driven");
-  list.Add("heading_sigma_per_turn",
-           &heading_sigma_per_turn,
-           growth,
-           "added to it, in radians per radian turned");
-  list.Add("plane_sigma_m",
-           &plane_sigma_m,
-           sigma,
-           "standard deviation of the height from frame to frame");
-  list.Add("plane_sigma_rad",
-           &plane_sigma_rad,
-           sigma,
-           "standard deviation of roll and pitch from frame to frame");
-  list.Add(
-      "max_gap_s", &max_gap_s, Range(0.001, 60), "an edge spans no longer gap between samples");
-}
-
 SensorEdges WheelEdges(const WheelNoise& noise,
                        const std::vector<FrameRecord>& frames,
                        const std::vector<RgbdCamera>& cameras,

@@ -16,21 +16,25 @@ namespace nightmap {
 // Burgard, Fox, "Probabilistic Robotics" (2005), 5.4. Wheels stay on the ground: height, roll and
 // pitch of the wheels' frame change by no more than `plane_sigma`.
 struct WheelNoise {
-  double position_sigma_floor_m = 0.002;
-  double position_sigma_per_distance = 0.05;  // metres per metre
-  double position_sigma_m_per_rad = 0.01;
-  double heading_sigma_floor_rad = 0.002;
-  double heading_sigma_rad_per_m = 0.02;
-  double heading_sigma_per_turn = 0.05;  // rad per rad
-  double plane_sigma_m = 0.005;
-  double plane_sigma_rad = 0.01;
-  double max_gap_s = 0.5;  // an edge spans no longer gap between samples
-
-  void Register(OptionList& list);
+  OPTION(double, position_sigma_floor_m, 0.002, {1e-6, 10},
+         "standard deviation of x and y from frame to frame");
+  OPTION(double, position_sigma_per_distance, 0.05, {0, 10},
+         "added to it, in metres per metre driven");
+  double position_sigma_m_per_rad = 0.01;  // added to it per radian turned
+  OPTION(double, heading_sigma_floor_rad, 0.002, {1e-6, 10},
+         "standard deviation of the heading from frame to frame");
+  double heading_sigma_rad_per_m = 0.02;  // added to it per metre driven
+  OPTION(double, heading_sigma_per_turn, 0.05, {0, 10},
+         "added to it, in radians per radian turned");
+  OPTION(double, plane_sigma_m, 0.005, {1e-6, 10},
+         "standard deviation of the height from frame to frame");
+  double plane_sigma_rad = 0.01;  // standard deviation of roll and pitch from frame to frame
+  OPTION(double, max_gap_s, 0.5, {0.001, 60}, "an edge spans no longer gap between samples");
 
   // Standard deviations after a motion.
   double PositionSigma_m(const WheelMotion& motion) const;
   double HeadingSigma_rad(const WheelMotion& motion) const;
+  REGISTER_OPTIONS();
 };
 
 // One odometry edge per two consecutive frames of a sequence:

@@ -12,6 +12,7 @@ namespace nightmap {
 
 namespace {
 
+constexpr double kCornerRadius_m = 0.2;  // smoothing radius of the corners
 constexpr double kSpacing_m = 0.02;
 constexpr double kNormPower = 4;
 
@@ -108,7 +109,7 @@ void HeadAlong(std::vector<RoutePoint>& path) {
 std::vector<RoutePoint> PlanPath(const FloorLayout& layout, const RouteOptions& options) {
   const std::vector<RoutePoint> keys = RouteKeys(layout, options);
   const double lap_turn_rad = keys.back().heading_rad - keys.front().heading_rad;
-  std::vector<RoutePoint> path = Smooth(Resample(keys), options.corner_radius_m, lap_turn_rad);
+  std::vector<RoutePoint> path = Smooth(Resample(keys), kCornerRadius_m, lap_turn_rad);
   if (options.differential_drive) HeadAlong(path);
   return path;
 }

@@ -9,19 +9,18 @@
 namespace nightmap {
 namespace options_test {
 
+struct Tree {
+  int depth = 2;
+  double unregistered = 0;
+};
+
 struct Options {
-  bool flag = true;
-  int count = 3;
-  double size_m = 0.5;
-  std::string kind = "sift";
-  std::vector<int> offsets = {1, 2};
-  void Register(OptionList& list) {
-    list.Add("flag", &flag, "a flag");
-    list.Add("count", &count, Range(1, 10), "a count");
-    list.Add("size_m", &size_m, Range(0, 1), "a size");
-    list.Add("kind", &kind, {"sift", "orb"}, "a choice");
-    list.Add("offsets", &offsets, Range(1, 9), "a list");
-  }
+  OPTION(bool, flag, true, "a flag");
+  OPTION(int, count, 3, {1, 10}, "a count");
+  OPTION(double, size_m, 0.5, {0, 1}, "a size");
+  OPTION(std::string, kind, "sift", {"sift", "orb"}, "a choice");
+  OPTION(std::vector<int>, offsets, std::vector<int>({1, 2}), {1, 9}, "a list");
+  REGISTER_OPTIONS();
 };
 
 std::string MessageOf(const std::string& toml) {
@@ -54,17 +53,41 @@ TEST(Options, ParsesEveryType) {
   EXPECT_THAT(options.offsets, testing::ElementsAre(4, 5));
 }
 
-TEST(Options, OwnOptionsStandBesideThoseOfASharedStruct) {
-  Options shared;
-  int own = 1;
-  OptionList list = RegisterOptions(shared);
-  list.ContinueAfter("count");
-  list.Add("own", &own, Range(0, 9), "an option of the stage");
-  list.ContinueAfter("offsets");
-  list.Add("last", &own, Range(0, 9), "an option of the stage");
-  EXPECT_EQ(list.ToToml(),
-            "flag = true\ncount = 3\nown = 1\nsize_m = 0.5\nkind = \"sift\"\noffsets = [1, 2]\n"
-            "last = 1\n");
+struct StageOptions {
+  OPTION(int, own, 1, {0, 9}, "an option of the stage");
+  OPTIONS_OF(Options, shared, "shared_");
+  Tree tree;
+  OPTION_AT("tree_depth", tree.depth, {1, 8}, "a parameter of a library");
+  Options same{.count = 7};
+  OPTIONS_AT(same);
+  REGISTER_OPTIONS();
+};
+
+TEST(Options, ComeInTheOrderOfTheFieldsWithThoseOfSharedStructsAndLibraries) {
+  StageOptions options;
+  EXPECT_EQ(RegisterOptions(options).ToToml(),
+            "own = 1\n"
+            "shared_flag = true\nshared_count = 3\nshared_size_m = 0.5\nshared_kind = \"sift\"\n"
+            "shared_offsets = [1, 2]\n"
+            "tree_depth = 2\n"
+            "flag = true\ncount = 7\nsize_m = 0.5\nkind = \"sift\"\noffsets = [1, 2]\n");
+  RegisterOptions(options).ParseToml("shared_count = 4\ntree_depth = 5\n", "x.toml");
+  EXPECT_EQ(options.shared.count, 4);
+  EXPECT_EQ(options.same.count, 7);
+  EXPECT_EQ(options.tree.depth, 5);
+}
+
+TEST(Options, CommentsSayTheMeaningAndTheRange) {
+  Options options;
+  OptionList list = RegisterOptions(options);
+  EXPECT_THAT(list.ToCommentedToml(), testing::HasSubstr("\n# a size; 0 .. 1\nsize_m = 0.5\n"));
+  EXPECT_THAT(list.ToCommentedToml(), testing::HasSubstr("\n# a flag\nflag = true\n"));
+  int number = 0;
+  list.Add("number", &number, std::string(60, 'a') + " " + std::string(60, 'b'));
+  EXPECT_THAT(list.ToCommentedToml(),
+              testing::HasSubstr("\n# " + std::string(60, 'a') + "\n# " + std::string(60, 'b') +
+                                 "\nnumber = 0\n"));
+  list.ParseToml(list.ToCommentedToml(), "x.toml");
 }
 
 TEST(Options, PrintingIsAFixedPoint) {

@@ -20,7 +20,7 @@ float DepthAt(const std::function<float(int, int)>& depth_m,
   features.raw_keypoints_px = {raw_px};
   features.keypoints_px = {{3, 3}};  // undistorted: the depth image is not
   features.depths_m = {0};
-  LookUpDepth(depth, {}, &features);
+  LookUpDepth(depth, &features);
   return features.depths_m[0];
 }
 

@@ -20,16 +20,16 @@
 namespace nightmap {
 
 struct AdjustOptions {
-  double max_seen_ratio = 0.9;
-  int bundle_iterations = 10;
-  double bundle_max_error_px = 4.0;
-  bool final_adjustment = true;
-  bool calibrate = true;
+  OPTION(double, max_seen_ratio, 0.9, {0.5, 1},
+         "a keyframe is dropped when three others see a larger share of its points; 1: drops none");
+  OPTION(bool, final_adjustment, true,
+         "also adjusts all described frames, with points found anew by projection");
+  OPTION(bool, calibrate, true,
+         "estimates each camera's focal length and rolling shutter in the final adjustment");
   LandmarkTrackerOptions retrack{.max_error_px = 6.0};
-  bool estimate_depth_scales = false;
-  int max_tracks_per_keyframe = 250;
-
-  void Register(OptionList& list);
+  OPTION(bool, estimate_depth_scales, false,
+         "estimates the depth scale of each camera relative to the first camera");
+  REGISTER_OPTIONS();
 };
 
 struct AdjustInput {

@@ -10,9 +10,15 @@
 
 namespace nightmap {
 
+namespace {
+
+constexpr int kBundleIterations = 10;  // iterations per bundle adjustment
+
+}  // namespace
+
 BundleOptions AdjustmentRounds::MakeBundleOptions() const {
   BundleOptions bundle_options;
-  bundle_options.max_iterations = options_.bundle_iterations;
+  bundle_options.max_iterations = kBundleIterations;
   if (options_.estimate_depth_scales) bundle_options.depth = DepthCalibration::kScale;
   bundle_options.num_threads = num_threads_;
   return bundle_options;

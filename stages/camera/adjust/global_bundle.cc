@@ -9,6 +9,9 @@
 namespace nightmap {
 namespace {
 
+constexpr double kBundleMaxError_px = 4.0;  // observations with a larger error are dropped
+constexpr int kMaxTracksPerKeyframe = 250;  // longest tracks per frame that enter bundle adjustment
+
 class FrameAdjuster {
  public:
   FrameAdjuster(const AdjustOptions& options,
@@ -72,7 +75,7 @@ class FrameAdjuster {
       const bool has_depth =
           std::ranges::any_of(track, [&](auto& s) { return Feature(s).Depth_m() > 0; });
       const bool is_wanted = std::ranges::any_of(
-          track, [&](auto& s) { return count[s.frame_idx] < options_.max_tracks_per_keyframe; });
+          track, [&](auto& s) { return count[s.frame_idx] < kMaxTracksPerKeyframe; });
       if (!has_depth || !is_wanted) continue;
       for (const Sighting& s : track) ++count[s.frame_idx];
       chosen.push_back(std::move(track));
@@ -104,7 +107,7 @@ class FrameAdjuster {
 
   void DropOutliers() {
     std::erase_if(problem_.observations, [&](const BundleObservation& o) {
-      return ReprojectionError_px(problem_, o) > options_.bundle_max_error_px;
+      return ReprojectionError_px(problem_, o) > kBundleMaxError_px;
     });
   }
 

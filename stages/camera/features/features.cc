@@ -33,7 +33,7 @@ class Segment {
     const bool is_tracked = features.has_value();
     if (!is_tracked) features = Describe(i, &images);
     features->frame_idx = frame.frame_idx;
-    LookUpDepth(images.depth, options_.extraction, &*features);
+    LookUpDepth(images.depth, &*features);
     if (!is_tracked) Start(i, images.color, *features);
     return std::move(*features);
   }

@@ -15,23 +15,12 @@
 namespace nightmap {
 
 struct FeaturesOptions {
-  ExtractionOptions extraction;
-  TrackingOptions tracking;
-  int segment_frames = 50;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list) {
-    extraction.Register(list);
-    tracking.Register(list);
-    list.Add("segment_frames",
-             &segment_frames,
-             Range(1, 1e6),
-             "length of a run of frames that is processed in order; its first frame is described");
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             Range(0, 1),
-             "fails when a larger share of the frames failed");
-  }
+  OPTIONS_OF(ExtractionOptions, extraction);
+  OPTIONS_OF(TrackingOptions, tracking);
+  OPTION(int, segment_frames, 50, {1, 1e6},
+         "length of a run of frames that is processed in order; its first frame is described");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1}, "fails when a larger share of the frames failed");
+  REGISTER_OPTIONS();
 };
 
 struct FeaturesInput {

@@ -11,6 +11,11 @@
 namespace nightmap {
 namespace {
 
+// A frame is described anew when a smaller share of the described frame's features is tracked.
+constexpr double kMinTrackedRatio = 0.5;
+constexpr int kWindow_px = 17;  // size of the tracked patch
+// Largest mean difference of a patch found again, in gray levels.
+constexpr double kMaxDifference = 12;
 constexpr int kNumPyramidLevels = 3;  // above the full size
 constexpr double kMinDistance_px = 6;
 
@@ -50,27 +55,6 @@ std::vector<int> Choose(const FrameFeatures& described, const Camera& camera, in
 
 }  // namespace
 
-void TrackingOptions::Register(OptionList& list) {
-  list.Add("max_gap_frames",
-           &max_gap_frames,
-           Range(0, 1000),
-           "largest number of frames tracked after a described one; 0: describes every frame");
-  list.Add("min_tracked_ratio",
-           &min_tracked_ratio,
-           Range(0, 1),
-           "a frame is described anew when a smaller share of the described frame's features is "
-           "tracked");
-  list.Add("max_tracked",
-           &max_tracked,
-           Range(20, 20000),
-           "largest number of features tracked, strongest first");
-  list.Add("window_px", &window_px, Range(5, 63), "size of the tracked patch");
-  list.Add("max_difference",
-           &max_difference,
-           Range(1, 255),
-           "largest mean difference of a patch found again, in gray levels");
-}
-
 struct FeatureTracker::State {
   struct Point {
     int feature = 0;  // of the reference
@@ -86,8 +70,7 @@ struct FeatureTracker::State {
   std::vector<Point> points;  // still tracked
 
   // The points found again in a picture, outside of the mask.
-  std::vector<Point> Find(const TrackingOptions& options,
-                          const ColorImage& color,
+  std::vector<Point> Find(const ColorImage& color,
                           const Camera& camera,
                           const GrayImage& moving) const {
     std::vector<cv::Point2f> origin_px, found_px;
@@ -98,20 +81,19 @@ struct FeatureTracker::State {
     std::vector<unsigned char> is_found;
     std::vector<float> differences;
     cv::calcOpticalFlowPyrLK(reference,
-                             BuildPyramid(color, options.window_px),
+                             BuildPyramid(color, kWindow_px),
                              origin_px,
                              found_px,
                              is_found,
                              differences,
-                             {options.window_px, options.window_px},
+                             {kWindow_px, kWindow_px},
                              kNumPyramidLevels,
                              {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01},
                              cv::OPTFLOW_USE_INITIAL_FLOW);
     std::vector<Point> found;
     for (std::size_t i = 0; i < found_px.size(); ++i) {
       const Eigen::Vector2d raw(found_px[i].x, found_px[i].y);
-      if (!is_found[i] || !camera.Contains(raw) || differences[i] > options.max_difference)
-        continue;
+      if (!is_found[i] || !camera.Contains(raw) || differences[i] > kMaxDifference) continue;
       if (IsMasked(moving, raw)) continue;
       const Point& point = points[i];
       found.push_back({point.feature,
@@ -151,7 +133,7 @@ void FeatureTracker::Start(const ColorImage& color,
                            const FrameFeatures& described) {
   if (options_.max_gap_frames == 0) return;
   state_ = std::make_unique<State>();
-  state_->reference = BuildPyramid(color, options_.window_px);
+  state_->reference = BuildPyramid(color, kWindow_px);
   state_->reference_frame_idx = described.frame_idx;
   for (const int i : Choose(described, camera, options_.max_tracked)) {
     const Eigen::Vector2f& raw = described.raw_keypoints_px[static_cast<std::size_t>(i)];
@@ -169,9 +151,9 @@ std::optional<FrameFeatures> FeatureTracker::Track(const ColorImage& color,
   if (!state_ || state_->points.empty() || state_->num_frames >= options_.max_gap_frames) {
     return std::nullopt;
   }
-  std::vector<State::Point> found = state_->Find(options_, color, camera, moving);
+  std::vector<State::Point> found = state_->Find(color, camera, moving);
   if (static_cast<double>(found.size()) <
-      options_.min_tracked_ratio * static_cast<double>(state_->num_chosen)) {
+      kMinTrackedRatio * static_cast<double>(state_->num_chosen)) {
     return std::nullopt;
   }
   return state_->Follow(std::move(found), camera, frame_idx);
@@ -183,7 +165,7 @@ FrameFeatures FeatureTracker::TrackFew(const ColorImage& color,
   FrameFeatures none;
   none.frame_idx = frame_idx;
   if (!state_ || state_->points.empty()) return none;
-  return state_->Follow(state_->Find(options_, color, camera, {}), camera, frame_idx);
+  return state_->Follow(state_->Find(color, camera, {}), camera, frame_idx);
 }
 
 }  // namespace nightmap

@@ -15,13 +15,10 @@
 namespace nightmap {
 
 struct TrackingOptions {
-  int max_gap_frames = 10;
-  double min_tracked_ratio = 0.5;
-  int max_tracked = 400;
-  int window_px = 17;
-  double max_difference = 12;
-
-  void Register(OptionList& list);
+  OPTION(int, max_gap_frames, 10, {0, 1000},
+         "largest number of frames tracked after a described one; 0: describes every frame");
+  OPTION(int, max_tracked, 400, {20, 20000}, "largest number of features tracked, strongest first");
+  REGISTER_OPTIONS();
 };
 
 // Deterministic; one thread.

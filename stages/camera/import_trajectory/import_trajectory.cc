@@ -50,24 +50,6 @@ std::string TimesText(const std::vector<std::int64_t>& times_ns) {
 
 }  // namespace
 
-void ImportTrajectoryOptions::Register(OptionList& list) {
-  list.Add("keyframe_distance_m",
-           &keyframe_distance_m,
-           Range(0, 10),
-           "distance from the last keyframe at which a frame becomes one");
-  list.Add("keyframe_turn_rad",
-           &keyframe_turn_rad,
-           Range(0, 3.2),
-           "rotation from the last keyframe at which a frame becomes one");
-  list.Add("min_posed_ratio",
-           &min_posed_ratio,
-           Range(0, 1),
-           "share of the frames that must have a pose");
-  list.Add("check_motion",
-           &check_motion,
-           "refuses a trajectory that contradicts the motion that pictures and depth show");
-}
-
 ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
                                        const std::vector<FrameRecord>& frames,
                                        const std::vector<StampedPose>& given) {

@@ -15,12 +15,14 @@
 namespace nightmap {
 
 struct ImportTrajectoryOptions {
-  double keyframe_distance_m = 0.15;
-  double keyframe_turn_rad = 0.2;
-  double min_posed_ratio = 0.5;
-  bool check_motion = true;
-
-  void Register(OptionList& list);
+  OPTION(double, keyframe_distance_m, 0.15, {0, 10},
+         "distance from the last keyframe at which a frame becomes one");
+  OPTION(double, keyframe_turn_rad, 0.2, {0, 3.2},
+         "rotation from the last keyframe at which a frame becomes one");
+  OPTION(double, min_posed_ratio, 0.5, {0, 1}, "share of the frames that must have a pose");
+  OPTION(bool, check_motion, true,
+         "refuses a trajectory that contradicts the motion that pictures and depth show");
+  REGISTER_OPTIONS();
 };
 
 struct ImportedTrajectory {

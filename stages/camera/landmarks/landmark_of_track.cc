@@ -11,6 +11,10 @@
 namespace nightmap {
 namespace {
 
+constexpr int kMaxDescriptors = 3;  // descriptors kept per landmark
+// A further descriptor of a landmark is kept when it differs by at least this.
+constexpr double kMinDescriptorDifference = 0.3;
+
 class Finisher {
  public:
   Finisher(const LandmarksOptions& options,
@@ -62,10 +66,10 @@ class Finisher {
   std::vector<const std::uint8_t*> ChooseDescriptors(const Track& sightings) const {
     constexpr std::size_t kMaxSampled = 24;
     const auto samples = SampleDescriptors(sightings, kMaxSampled);
-    const int min_difference = DistanceFromRelative(kind_, options_.min_descriptor_difference);
+    const int min_difference = DistanceFromRelative(kind_, kMinDescriptorDifference);
     std::vector<const std::uint8_t*> chosen{samples[Medoid(samples)]};
     std::vector<int> nearest(samples.size(), std::numeric_limits<int>::max());
-    while (static_cast<int>(chosen.size()) < options_.max_descriptors) {
+    while (static_cast<int>(chosen.size()) < kMaxDescriptors) {
       for (std::size_t i = 0; i < samples.size(); ++i) {
         nearest[i] = std::min(nearest[i], DescriptorDistance(kind_, samples[i], chosen.back()));
       }

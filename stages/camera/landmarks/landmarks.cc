@@ -101,52 +101,6 @@ void AssignWords(const VocabularyTree& tree, int num_threads, LandmarkMap* map) 
 
 }  // namespace
 
-void LandmarksOptions::Register(OptionList& list) {
-  list.Add("observers",
-           &observers,
-           {"keyframes", "all"},
-           "described frames whose features make landmarks");
-  list.Add("max_error_px",
-           &tracker.max_error_px,
-           Range(0.5, 50),
-           "largest reprojection error of an observation");
-  list.Add("max_depth_error",
-           &tracker.max_depth_error,
-           Range(0, 1),
-           "largest relative difference between a landmark's depth and the measured depth");
-  list.Add(
-      "max_descriptor_distance",
-      &tracker.max_descriptor_distance,
-      Range(0, 2),
-      "largest descriptor distance between a landmark's observations; 1: as unrelated descriptors");
-  list.Add("voxel_size_m",
-           &tracker.voxel_size_m,
-           Range(0.01, 10),
-           "voxel edge of the index that finds landmarks");
-  list.Add("pixel_sigma_px",
-           &tracker.pixel_sigma_px,
-           Range(0.1, 20),
-           "standard deviation of a keypoint and its pose together");
-  list.Add("min_observations",
-           &min_observations,
-           Range(1, 100),
-           "a landmark with fewer observations is dropped");
-  list.Add("max_position_sigma_m",
-           &max_position_sigma_m,
-           Range(0.001, 100),
-           "a landmark with a larger standard deviation is dropped");
-  list.Add("max_landmarks",
-           &max_landmarks,
-           Range(1, 1e8),
-           "largest number of landmarks; if there are more, each keyframe keeps as many of its "
-           "most seen ones");
-  list.Add("max_descriptors", &max_descriptors, Range(1, 16), "descriptors kept per landmark");
-  list.Add("min_descriptor_difference",
-           &min_descriptor_difference,
-           Range(0, 2),
-           "a further descriptor of a landmark is kept when it differs by at least this");
-}
-
 LandmarksResult RunLandmarks(const LandmarksOptions& options,
                              const LandmarksInput& input,
                              Progress& progress,

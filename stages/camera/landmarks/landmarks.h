@@ -17,15 +17,25 @@
 namespace nightmap {
 
 struct LandmarksOptions {
-  std::string observers = "keyframes";
+  OPTION(std::string, observers, "keyframes", {"keyframes", "all"},
+         "described frames whose features make landmarks");
   LandmarkTrackerOptions tracker;
-  int min_observations = 1;
-  double max_position_sigma_m = 0.3;
-  int max_landmarks = 2000000;
-  int max_descriptors = 3;
-  double min_descriptor_difference = 0.3;
-
-  void Register(OptionList& list);
+  OPTION_AT("max_error_px", tracker.max_error_px, {0.5, 50},
+            "largest reprojection error of an observation");
+  OPTION_AT("max_descriptor_distance", tracker.max_descriptor_distance, {0, 2},
+            "largest descriptor distance between a landmark's observations; 1: as unrelated "
+            "descriptors");
+  OPTION_AT("voxel_size_m", tracker.voxel_size_m, {0.01, 10},
+            "voxel edge of the index that finds landmarks");
+  OPTION_AT("pixel_sigma_px", tracker.pixel_sigma_px, {0.1, 20},
+            "standard deviation of a keypoint and its pose together");
+  OPTION(int, min_observations, 1, {1, 100}, "a landmark with fewer observations is dropped");
+  OPTION(double, max_position_sigma_m, 0.3, {0.001, 100},
+         "a landmark with a larger standard deviation is dropped");
+  OPTION(int, max_landmarks, 2000000, {1, 1e8},
+         "largest number of landmarks; if there are more, each keyframe keeps as many of its most "
+         "seen ones");
+  REGISTER_OPTIONS();
 };
 
 struct LandmarksInput {

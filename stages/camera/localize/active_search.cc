@@ -10,6 +10,7 @@
 namespace nightmap {
 namespace {
 
+constexpr int kNumTreeChecks = 200;  // descriptors compared per feature with search = tree
 // Features within this distance are no rivals in the ratio test.
 constexpr double kSamePoint_px = 5.0;
 
@@ -143,7 +144,7 @@ std::vector<LandmarkMatch> ActiveSearch::SearchTree() const {
     tree.VisitLeaves(index_.Descriptor(features_, feature), [&](int leaf) {
       const auto found = index_.OfWord(leaf).rows;
       candidates.insert(candidates.end(), found.begin(), found.end());
-      return static_cast<int>(candidates.size()) < options_.num_tree_checks;
+      return static_cast<int>(candidates.size()) < kNumTreeChecks;
     });
     const auto match = index_.Match(features_, feature, candidates);
     if (match) matches.push_back(*match);

@@ -17,40 +17,61 @@
 namespace nightmap {
 
 struct LocalizeOptions {
-  std::string search = "combined";
-  int search_level = 3;
-  int max_word_descriptors = 500;
-  double max_ratio = 0.8;
-  double same_point_radius_m = 0.1;
-  int num_nearest_landmarks = 50;
-  int landmark_level = 5;
-  double max_landmark_ratio = 0.8;
-  bool prioritized = true;
-  bool covisibility_filter = true;
-  int max_matches = 300;
-  int num_tree_checks = 200;
-  double max_descriptor_distance = 0.7;
-  double max_focal_ratio = 1.5;
-  std::string solver = "p3p";
-  bool local_optimization = true;
-  bool refinement = true;
-  double readout_turn_sigma_rad = 0.005;
-  double readout_shift_sigma_m = 0.002;
-  double max_error_px = 4.0;
-  int max_iterations = 2000;
-  int min_seed_inliers = 8;
-  int num_retrieved_keyframes = 5;
-  int num_guided_keyframes = 10;
-  double guided_radius_px = 10.0;
-  int min_inliers = 12;
-  double min_inlier_significance = 8.0;
-  double max_position_sigma_m = 0.5;
-  double rival_distance_m = 1.0;
-  double max_rival_ratio = 0.5;
-  double min_rival_significance = 4.0;
-  int seed = 0;
-
-  void Register(OptionList& list);
+  OPTION(std::string, search, "combined", {"combined", "2d_to_3d", "3d_to_2d", "tree"},
+         "combined: 2-D to 3-D, then 3-D to 2-D around each match; or only one of them; or by "
+         "tree");
+  OPTION(int, search_level, 3, {1, 8}, "vocabulary level of the 2-D to 3-D search");
+  OPTION(int, max_word_descriptors, 500, {1, 1e9},
+         "a feature's word with more descriptors is replaced by one of a deeper level");
+  OPTION(double, max_ratio, 0.8, {0.1, 1}, "largest ratio in the ratio test between two landmarks");
+  OPTION(double, same_point_radius_m, 0.1, {0, 10},
+         "landmarks within this distance are no rivals in the ratio test");
+  OPTION(int, num_nearest_landmarks, 50, {0, 10000},
+         "landmarks around each match that 3-D to 2-D searches");
+  OPTION(int, landmark_level, 5, {1, 8}, "vocabulary level of the 3-D to 2-D search");
+  OPTION(double, max_landmark_ratio, 0.8, {0.1, 1},
+         "largest ratio in the ratio test between two features of the picture");
+  OPTION(bool, prioritized, true,
+         "takes the cheapest step of both directions next; false: takes 3-D to 2-D steps at once");
+  OPTION(bool, covisibility_filter, true,
+         "keeps only neighbours and matches that keyframes see together");
+  OPTION(int, max_matches, 300, {4, 100000}, "matches after which the search ends");
+  OPTION(double, max_descriptor_distance, 0.7, {0, 2},
+         "largest descriptor distance of a match; 1: as unrelated descriptors");
+  OPTION(double, max_focal_ratio, 1.5, {1, 1000},
+         "largest ratio of a picture's focal length to the map's, in px; finer pictures are scaled "
+         "down to the map's");
+  OPTION(std::string, solver, "p3p", {"p3p", "dlt6"},
+         "solver for RANSAC samples of 3 matches, or of 6");
+  OPTION(bool, local_optimization, true, "optimizes each best sample of RANSAC");
+  OPTION(bool, refinement, true, "refines the pose by robust least squares over the inliers");
+  OPTION(double, readout_turn_sigma_rad, 0.005, {0, 1},
+         "expected rotation of the camera from a picture's first row to its last; 0: global "
+         "shutter");
+  OPTION(double, max_error_px, 4.0, {0.5, 50}, "largest reprojection error of an inlier");
+  OPTION(int, max_iterations, 2000, {10, 1e6}, "RANSAC iterations");
+  OPTION(int, num_retrieved_keyframes, 5, {0, 1000},
+         "keyframes to search when the words gave no pose; 0: none");
+  OPTION(int, num_guided_keyframes, 10, {0, 1000},
+         "keyframes whose landmarks are projected with the first pose; 0: no second search");
+  OPTION(double, guided_radius_px, 10.0, {1, 100},
+         "search radius around landmarks projected with the first pose");
+  OPTION(int, min_inliers, 12, {4, 1000},
+         "smallest number of inliers of the final pose; fewer: not in the map");
+  OPTION(double, min_inlier_significance, 8.0, {0, 1000},
+         "smallest excess of inliers over a wrong pose, in standard deviations; less: not in the "
+         "map");
+  OPTION(double, max_position_sigma_m, 0.5, {0.001, 1000},
+         "largest standard deviation of the position; more: not in the map");
+  OPTION(double, rival_distance_m, 1.0, {0.01, 1000},
+         "landmarks, and poses, at least this far apart are different places");
+  OPTION(double, max_rival_ratio, 0.5, {0, 1},
+         "largest share of inliers in another place; more: the features vote; 1: does not search "
+         "for other places");
+  OPTION(double, min_rival_significance, 4.0, {0, 1000},
+         "smallest lead in the vote, in standard deviations; less: ambiguous");
+  OPTION(int, seed, 0, {0, 2e9}, "seed of RANSAC");
+  REGISTER_OPTIONS();
 };
 
 struct LocalizeInput {

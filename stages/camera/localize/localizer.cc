@@ -17,6 +17,7 @@
 namespace nightmap {
 namespace {
 
+constexpr int kMinSeedInliers = 8;  // smallest number of inliers of the first pose
 // A rival pose within this angle (and distance) is the same view.
 constexpr double kSameView_rad = 0.5;
 
@@ -106,7 +107,7 @@ std::optional<Localizer::Located> Localizer::SearchAndEstimate(const Picture& pi
   auto matches = ActiveSearch(options_, index_, picture.features).Run();
   *num_matches = static_cast<int>(matches.size());
   if (options_.covisibility_filter && !matches.empty()) matches = LargestPlace(index_, matches);
-  return Estimate(picture, matches, options_.min_seed_inliers);
+  return Estimate(picture, matches, kMinSeedInliers);
 }
 
 std::optional<Localizer::Located> Localizer::SearchRetrieved(const Picture& picture,
@@ -115,7 +116,7 @@ std::optional<Localizer::Located> Localizer::SearchRetrieved(const Picture& pict
   if (options_.num_retrieved_keyframes == 0) return best;
   for (const auto& matches : SearchByRetrieval(options_, index_, picture.features)) {
     *num_matches = std::max(*num_matches, static_cast<int>(matches.size()));
-    auto located = Estimate(picture, matches, options_.min_seed_inliers);
+    auto located = Estimate(picture, matches, kMinSeedInliers);
     if (located && (!best || located->NumInliers() > best->NumInliers())) best = std::move(located);
   }
   return best;
@@ -146,8 +147,8 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
   const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
   Picture same_lens = picture;
   same_lens.starts = {located.camera};
-  const auto first = Estimate(
-      same_lens, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
+  const auto first =
+      Estimate(same_lens, matches, std::max(kMinSeedInliers, static_cast<int>(num_enough)));
   if (!first) return {};
   Located rival = SearchAround(picture, *first);
   const Rigid3 map_from_camera = located.pose.camera_from_world.Inverse();

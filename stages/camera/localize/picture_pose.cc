@@ -8,6 +8,8 @@
 namespace nightmap {
 namespace {
 
+// Expected distance that the camera moves from a picture's first row to its last.
+constexpr double kReadoutShiftSigma_m = 0.002;
 // A focal length that is off by half a step moves pixels by more than their noise.
 constexpr double kStartErrorRatio = 2;
 
@@ -27,7 +29,7 @@ AbsolutePoseOptions PoseOptions(const LocalizeOptions& options,
 
 MovingPoseOptions MotionOptions(const LocalizeOptions& options, const PictureLens& lens) {
   return {.turn_sigma_rad = options.readout_turn_sigma_rad,
-          .shift_sigma_m = options.readout_shift_sigma_m,
+          .shift_sigma_m = kReadoutShiftSigma_m,
           .max_error_px = options.max_error_px,
           .focal_sigma_ratio = lens.focal_sigma_ratio};
 }

@@ -14,6 +14,9 @@
 namespace nightmap {
 namespace {
 
+constexpr int kNumCandidates = 4;  // candidates verified per frame
+// Smallest number of inliers among features that share a word, before all features are compared.
+constexpr int kMinQuickInliers = 10;
 constexpr int kQuickIterations = 150;  // enough where a third of the matches are correct
 constexpr int kNodeLevel = 2;          // a hundred nodes at the default branching
 
@@ -22,7 +25,7 @@ using Ranking = std::vector<InvertedFile::Result>;
 // Accepts pairs in which min_quick_inliers features of common nodes agree.
 QuickCheck MakeQuickCheck(const LoopsOptions& options, const SameNodeMatcher& matcher) {
   VerifyOptions quick = options.verify;
-  quick.pose.min_inliers = options.min_quick_inliers;
+  quick.pose.min_inliers = kMinQuickInliers;
   quick.pose.max_iterations = std::min(kQuickIterations, quick.pose.max_iterations);
   quick.min_spread = 0;
   quick.max_sigma_m = std::numeric_limits<double>::infinity();
@@ -89,10 +92,9 @@ std::vector<Ranking> RankAlike(const LoopsOptions& options,
   std::vector<Ranking> rankings(seekers.size());
   ParallelFor(seekers.size(), num_threads, [&](std::size_t k) {
     const int before = seekers[k] - options.min_gap + 1;
-    if (before <= 0 || options.num_candidates == 0) return;
-    rankings[k] = inverted_file.Query(inverted_file.Words()[static_cast<std::size_t>(seekers[k])],
-                                      8 * options.num_candidates,
-                                      before);
+    if (before <= 0) return;
+    rankings[k] = inverted_file.Query(
+        inverted_file.Words()[static_cast<std::size_t>(seekers[k])], 8 * kNumCandidates, before);
   });
   return rankings;
 }
@@ -109,7 +111,7 @@ Candidates ChooseCandidates(const LoopsOptions& options,
   Candidates chosen;
   const int min_distance = options.min_gap / 2;
   for (std::size_t k = 0; k < seekers.size(); ++k) {
-    for (const auto& candidate : Thin(rankings[k], options.num_candidates, min_distance)) {
+    for (const auto& candidate : Thin(rankings[k], kNumCandidates, min_distance)) {
       FramePair pair = MakePair(candidate.frame_idx, seekers[k]);
       pair.score = candidate.score;
       const bool is_found_beside =
@@ -124,31 +126,6 @@ Candidates ChooseCandidates(const LoopsOptions& options,
 
 }  // namespace
 
-void LoopsOptions::Register(OptionList& list) {
-  verify.Register(list, "loop");
-  list.ContinueAfter("max_depth_error");
-  list.Add("stride", &stride, Range(1, 1000), "every Nth described frame looks for loops");
-  list.Add("num_candidates",
-           &num_candidates,
-           Range(0, 100),
-           "candidates verified per frame; 0: no loops");
-  list.Add("min_gap",
-           &min_gap,
-           Range(1, 100000),
-           "smallest number of frames between the ends of a loop");
-  list.ContinueAfter("min_inliers");
-  list.Add("min_quick_inliers",
-           &min_quick_inliers,
-           Range(0, 1000),
-           "smallest number of inliers among features that share a word, before all features are "
-           "compared; 0: compares all at once");
-  list.ContinueAfter("min_spread");
-  list.Add("max_sigma_m",
-           &verify.max_sigma_m,
-           Range(0.0001, 100),
-           "largest standard deviation of a loop's translation in its worst direction");
-}
-
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const FramesWithFeatures& input,
                                 const Vocabulary& vocabulary,
@@ -161,12 +138,7 @@ std::vector<FramePair> RunLoops(const LoopsOptions& options,
   auto [pairs, inconsistent] = ChooseCandidates(options, seekers, rankings);
   const SameNodeMatcher matcher(vocabulary, input.features, kNodeLevel);
   const QuickCheck quick = MakeQuickCheck(options, matcher);
-  VerifyPairs(options.verify,
-              options.min_quick_inliers > 0 ? &quick : nullptr,
-              input,
-              num_threads,
-              progress,
-              &pairs);
+  VerifyPairs(options.verify, &quick, input, num_threads, progress, &pairs);
   std::ranges::move(inconsistent, std::back_inserter(pairs));
   SortPairs(&pairs);
   return pairs;

@@ -12,13 +12,11 @@
 namespace nightmap {
 
 struct LoopsOptions {
-  VerifyOptions verify = {.min_spread = 0.05, .max_sigma_m = 0.03, .pose = {.min_inliers = 30}};
-  int stride = 1;
-  int num_candidates = 4;
-  int min_gap = 20;
-  int min_quick_inliers = 10;
-
-  void Register(OptionList& list);
+  VerifyOptions verify{.pose = {.min_inliers = 30}, .min_spread = 0.05, .max_sigma_m = 0.03};
+  OPTIONS_AT(verify);
+  OPTION(int, stride, 1, {1, 1000}, "every Nth described frame looks for loops");
+  OPTION(int, min_gap, 20, {1, 100000}, "smallest number of frames between the ends of a loop");
+  REGISTER_OPTIONS();
 };
 
 // Takes every stride-th described frame and finds its loop candidates among the frames at least

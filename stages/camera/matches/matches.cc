@@ -8,19 +8,6 @@
 #include "stages/camera/matches/neighbour_pairs.h"
 
 namespace nightmap {
-void MatchesOptions::Register(OptionList& list) {
-  verify.Register(list);
-  list.ContinueAfter("max_ratio");
-  list.Add("pair_offsets",
-           &pair_offsets,
-           Range(1, 100),
-           "each described frame is matched to the described frames at these offsets before it");
-  list.Add("wide_search",
-           &wide_search,
-           Range(0, 1000),
-           "a described frame without a match among these is matched to this many before it");
-}
-
 std::vector<FramePair> RunMatches(const MatchesOptions& options,
                                   const FramesWithFeatures& input,
                                   int first_frame_idx,

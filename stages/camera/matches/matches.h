@@ -12,11 +12,13 @@
 namespace nightmap {
 
 struct MatchesOptions {
-  VerifyOptions verify = {.min_spread = 0.02, .pose = {.min_inliers = 15}};
-  std::vector<int> pair_offsets = {1, 2, 4};
-  int wide_search = 16;
-
-  void Register(OptionList& list);
+  VerifyOptions verify{.pose = {.min_inliers = 15}, .min_spread = 0.02};
+  OPTIONS_AT(verify);
+  OPTION(std::vector<int>, pair_offsets, std::vector<int>({1, 2, 4}), {1, 100},
+         "each described frame is matched to the described frames at these offsets before it");
+  OPTION(int, wide_search, 16, {0, 1000},
+         "a described frame without a match among these is matched to this many before it");
+  REGISTER_OPTIONS();
 };
 
 // Pairs each described frame b from first_frame_idx on, for each offset of the config, with the

@@ -15,6 +15,11 @@
 namespace nightmap {
 namespace {
 
+// Share of the last keyframe's tracks below which a new one starts.
+constexpr double kKeyframeMinOverlap = 0.5;
+// Standard deviation of the velocity through a gap in the tracking.
+constexpr double kBridge_m_per_s = 1.0;
+constexpr double kBridge_rad_per_s = 1.0;  // and of the turning speed
 constexpr double kMaxBridgeSigma_m = 100;
 constexpr double kMaxBridgeSigma_rad = 3;
 
@@ -71,7 +76,7 @@ class KeyframeGraph {
         frames_[At(keyframe)].shard_from_camera.Inverse() * frames_[At(idx)].shard_from_camera;
     return relative.translation.norm() > options_.keyframe_distance_m ||
            AngleBetween_rad(relative, Rigid3()) > options_.keyframe_angle_rad ||
-           Overlap(keyframe, idx) < options_.keyframe_min_overlap;
+           Overlap(keyframe, idx) < kKeyframeMinOverlap;
   }
 
   // Share of the keyframe's tracks that the frame still sees.
@@ -149,8 +154,8 @@ class KeyframeGraph {
     const double gap_s = frame_a.sequence_idx == frame_b.sequence_idx
                              ? 1e-9 * static_cast<double>(frame_b.time_ns - frame_a.time_ns)
                              : std::numeric_limits<double>::infinity();
-    const double sigma_rad = std::min(kMaxBridgeSigma_rad, gap_s * options_.bridge_rad_per_s);
-    const double sigma_m = std::min(kMaxBridgeSigma_m, gap_s * options_.bridge_m_per_s);
+    const double sigma_rad = std::min(kMaxBridgeSigma_rad, gap_s * kBridge_rad_per_s);
+    const double sigma_m = std::min(kMaxBridgeSigma_m, gap_s * kBridge_m_per_s);
     Matrix6d covariance = Matrix6d::Zero();
     covariance.diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
     covariance.diagonal().tail<3>().setConstant(sigma_m * sigma_m);
@@ -181,42 +186,6 @@ void CheckInput(const OdometryInput& input) {
 }
 
 }  // namespace
-
-void OdometryOptions::Register(OptionList& list) {
-  list.Add("keyframe_distance_m",
-           &keyframe_distance_m,
-           Range(0.01, 10),
-           "distance from the last keyframe at which a new one starts");
-  list.Add("keyframe_angle_rad",
-           &keyframe_angle_rad,
-           Range(0.01, 3),
-           "rotation from the last keyframe at which a new one starts");
-  list.Add("keyframe_min_overlap",
-           &keyframe_min_overlap,
-           Range(0, 1),
-           "share of the last keyframe's tracks below which a new one starts");
-  list.Add(
-      "max_pair_error_m",
-      &max_pair_error_m,
-      Range(0.001, 100),
-      "a pair whose translation differs more from the chained poses is rejected as a false match");
-  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise for the rotation");
-  list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 10), "standard deviation of a keypoint");
-  list.Add("max_error_px",
-           &max_error_px,
-           Range(0.5, 50),
-           "observations with a larger error after adjustment are dropped");
-  list.Add("max_iterations", &max_iterations, Range(1, 200), "iterations per bundle adjustment");
-  list.Add("max_tracks_per_frame",
-           &max_tracks_per_frame,
-           Range(20, 10000),
-           "longest tracks per frame that enter bundle adjustment");
-  list.Add("bridge_m_per_s",
-           &bridge_m_per_s,
-           Range(0.01, 100),
-           "standard deviation of the velocity through a gap in the tracking");
-  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise for the rotation");
-}
 
 OdometryResult RunOdometry(const OdometryOptions& options,
                            const OdometryInput& input,

@@ -15,19 +15,18 @@
 namespace nightmap {
 
 struct OdometryOptions {
-  double keyframe_distance_m = 0.15;
-  double keyframe_angle_rad = 0.15;
-  double keyframe_min_overlap = 0.5;
-  double max_pair_error_m = 0.2;
-  double max_pair_error_rad = 0.1;
-  double pixel_sigma_px = 1.0;
-  double max_error_px = 4.0;
-  int max_iterations = 15;
-  int max_tracks_per_frame = 300;
-  double bridge_m_per_s = 1.0;
-  double bridge_rad_per_s = 1.0;
-
-  void Register(OptionList& list);
+  OPTION(double, keyframe_distance_m, 0.15, {0.01, 10},
+         "distance from the last keyframe at which a new one starts");
+  OPTION(double, keyframe_angle_rad, 0.15, {0.01, 3},
+         "rotation from the last keyframe at which a new one starts");
+  OPTION(double, max_pair_error_m, 0.2, {0.001, 100},
+         "a pair whose translation differs more from the chained poses is rejected as a false "
+         "match");
+  OPTION(double, pixel_sigma_px, 1.0, {0.1, 10}, "standard deviation of a keypoint");
+  OPTION(double, max_error_px, 4.0, {0.5, 50},
+         "observations with a larger error after adjustment are dropped");
+  OPTION(int, max_iterations, 15, {1, 200}, "iterations per bundle adjustment");
+  REGISTER_OPTIONS();
 };
 
 struct OdometryInput {

@@ -10,6 +10,10 @@
 namespace nightmap {
 namespace {
 
+// A pair whose rotation differs more from the chained poses is rejected as a false match.
+constexpr double kMaxPairError_rad = 0.1;
+constexpr int kMaxTracksPerFrame = 300;  // longest tracks per frame that enter bundle adjustment
+
 // All lists are indexed by position in input.frames.
 class Adjuster {
  public:
@@ -57,7 +61,7 @@ class Adjuster {
                            frames_[At(pair.frame_a)].shard_from_camera;
     const Rigid3 difference = pair.b_from_a.Inverse() * chained;
     return difference.translation.norm() <= options_.max_pair_error_m &&
-           AngleBetween_rad(difference, Rigid3()) <= options_.max_pair_error_rad;
+           AngleBetween_rad(difference, Rigid3()) <= kMaxPairError_rad;
   }
 
   // Accepted pairs, nearest frames first: their matches are the most reliable.
@@ -105,9 +109,8 @@ class Adjuster {
   }
 
   bool IsWanted(const Track& track, const std::vector<int>& count) const {
-    return std::ranges::any_of(track, [&](const Sighting& s) {
-      return count[At(s.frame_idx)] < options_.max_tracks_per_frame;
-    });
+    return std::ranges::any_of(
+        track, [&](const Sighting& s) { return count[At(s.frame_idx)] < kMaxTracksPerFrame; });
   }
 
   // Uses the nearest measurement, which is the most precise one, but prefers described frames,

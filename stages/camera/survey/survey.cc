@@ -13,6 +13,9 @@
 namespace nightmap {
 namespace {
 
+// Consecutive frames per window: more show more of the order of frames.
+constexpr int kWindowFrames = 20;
+
 // Consecutive frames: [begin, end) are measured, and the frame before `begin` is read too.
 struct Window {
   std::size_t begin = 0;
@@ -27,7 +30,7 @@ struct WindowResult {
 };
 
 std::vector<Window> ChooseWindows(const SurveyOptions& options, std::size_t num_frames) {
-  const auto length = static_cast<std::size_t>(options.window_frames);
+  const auto length = static_cast<std::size_t>(kWindowFrames);
   const std::size_t num_wanted =
       std::max<std::size_t>(1, static_cast<std::size_t>(options.max_frames) / length);
   const std::size_t num_whole = (num_frames + length - 1) / length;
@@ -115,21 +118,6 @@ std::vector<FixedParts> FindFixedParts(const SurveyInput& input,
 }
 
 }  // namespace
-
-void SurveyOptions::Register(OptionList& list) {
-  list.Add("max_frames",
-           &max_frames,
-           {1, 1e7},
-           "frames that are looked at; of a longer recording, evenly spread windows");
-  list.Add("window_frames",
-           &window_frames,
-           {2 * kMaxFrameOffset + 2, 1000},
-           "consecutive frames per window: more show more of the order of frames");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           {0, 1},
-           "fails when a larger share of the sampled frames is unreadable");
-}
 
 SurveyResult RunSurvey(const SurveyOptions& options,
                        const SurveyInput& input,

@@ -22,11 +22,11 @@ namespace nightmap {
 constexpr double kSmallWidth_px = 320;
 
 struct SurveyOptions {
-  int max_frames = 300;
-  int window_frames = 20;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTION(int, max_frames, 300, {1, 1e7},
+         "frames that are looked at; of a longer recording, evenly spread windows");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the sampled frames is unreadable");
+  REGISTER_OPTIONS();
 };
 
 struct SurveyInput {

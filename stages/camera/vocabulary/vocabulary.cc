@@ -60,25 +60,6 @@ std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
 
 }  // namespace
 
-void VocabularyOptions::Register(OptionList& list) {
-  list.Add("branching", &tree.branching, Range(2, 64), "children per node");
-  list.Add(
-      "depth", &tree.depth, Range(1, VocabularyTreeOptions::kMaxDepth), "levels below the root");
-  list.Add("num_kmeans_iterations",
-           &tree.num_kmeans_iterations,
-           Range(1, 100),
-           "largest number of k-means iterations per node");
-  list.Add("min_node_descriptors",
-           &tree.min_node_descriptors,
-           Range(2, 1e6),
-           "a node trained on fewer descriptors is not split");
-  list.Add("max_training_descriptors",
-           &max_training_descriptors,
-           Range(100, 1e8),
-           "training descriptors, drawn evenly over all frames");
-  list.Add("seed", &tree.seed, Range(0, 2e9), "seed of the draw and of k-means");
-}
-
 Vocabulary RunVocabulary(const VocabularyOptions& options,
                          const FeaturesShard& features,
                          Progress& progress,

@@ -12,9 +12,14 @@ namespace nightmap {
 
 struct VocabularyOptions {
   VocabularyTreeOptions tree;
-  int max_training_descriptors = 200000;  // drawn evenly over the frames, seeded
-
-  void Register(OptionList& list);
+  OPTION_AT("branching", tree.branching, {2, 64}, "children per node");
+  OPTION_AT("depth", tree.depth, {1, VocabularyTreeOptions::kMaxDepth}, "levels below the root");
+  OPTION_AT("num_kmeans_iterations", tree.num_kmeans_iterations, {1, 100},
+            "largest number of k-means iterations per node");
+  OPTION(int, max_training_descriptors, 200000, {100, 1e8},
+         "training descriptors, drawn evenly over all frames");
+  OPTION_AT("seed", tree.seed, {0, 2e9}, "seed of the draw and of k-means");
+  REGISTER_OPTIONS();
 };
 
 // Frames must be in order of frame_idx from zero. Throws DataError when there is no descriptor. The

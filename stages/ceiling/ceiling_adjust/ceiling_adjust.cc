@@ -17,8 +17,9 @@
 namespace nightmap {
 namespace {
 
-constexpr int kMinKeyframes = 3;         // that see a landmark
-constexpr double kLevelSpread_m = 0.03;  // points so near a height are at that level
+constexpr double kKeyframeTurn_rad = 0.1;  // turn between keyframes
+constexpr int kMinKeyframes = 3;           // that see a landmark
+constexpr double kLevelSpread_m = 0.03;    // points so near a height are at that level
 constexpr double kSizeWarning_sigmas = 3;
 
 Rigid2 InPlane(const Rigid3& pose) {
@@ -113,8 +114,7 @@ class CeilingAdjuster {
       : options_(options),
         input_(input),
         poses_(PosesOf(input)),
-        keyframes_(
-            ChooseKeyframes(poses_, options.keyframe_distance_m, options.keyframe_turn_rad)) {
+        keyframes_(ChooseKeyframes(poses_, options.keyframe_distance_m, kKeyframeTurn_rad)) {
     problem_.camera = input.camera.color;
     problem_.robot_from_camera = input.camera.robot_from_camera;
     const Signal& wheels =
@@ -245,25 +245,6 @@ void Warn(const CeilingNoise& noise, const CeilingAdjustResult& result) {
 }
 
 }  // namespace
-
-void CeilingAdjustOptions::Register(OptionList& list) {
-  odometry.Register(list);
-  list.Add("keyframe_distance_m",
-           &keyframe_distance_m,
-           Range(0.01, 10),
-           "distance between keyframes, which are what is adjusted");
-  list.Add("keyframe_turn_rad", &keyframe_turn_rad, Range(0.01, 3), "turn between keyframes");
-  list.Add("ceiling_height_m",
-           &ceiling_height_m,
-           Range(0, 100),
-           "height above the floor, measured, of the level at which most of the ceiling is: tells "
-           "the map's size; 0: unknown, the wheels tell it");
-  list.Add("ceiling_height_sigma_m",
-           &ceiling_height_sigma_m,
-           Range(1e-4, 1),
-           "how well ceiling_height_m is known, with the height of the camera on the robot");
-  noise.Register(list);
-}
 
 CeilingAdjustResult RunCeilingAdjust(const CeilingAdjustOptions& options,
                                      const CeilingAdjustInput& input,

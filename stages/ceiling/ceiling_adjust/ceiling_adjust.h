@@ -20,14 +20,16 @@
 namespace nightmap {
 
 struct CeilingAdjustOptions {
-  OdometryChoice odometry;
-  double keyframe_distance_m = 0.15;
-  double keyframe_turn_rad = 0.1;
-  double ceiling_height_m = 0;
-  double ceiling_height_sigma_m = 0.005;
-  CeilingNoise noise;
-
-  void Register(OptionList& list);
+  OPTIONS_OF(OdometryChoice, odometry);
+  OPTION(double, keyframe_distance_m, 0.15, {0.01, 10},
+         "distance between keyframes, which are what is adjusted");
+  OPTION(double, ceiling_height_m, 0, {0, 100},
+         "height above the floor, measured, of the level at which most of the ceiling is: tells "
+         "the map's size; 0: unknown, the wheels tell it");
+  OPTION(double, ceiling_height_sigma_m, 0.005, {1e-4, 1},
+         "how well ceiling_height_m is known, with the height of the camera on the robot");
+  OPTIONS_OF(CeilingNoise, noise);
+  REGISTER_OPTIONS();
 };
 
 struct CeilingAdjustInput {

@@ -14,6 +14,11 @@
 namespace nightmap {
 namespace {
 
+// Distance from the anchor at which the robot's place becomes the next one.
+constexpr double kAnchorDistance_m = 3;
+// Way between two visits of a place that close a loop, at least.
+constexpr double kMinLoopPath_m = 8;
+
 // Motion of the robot between frames; by constant speed where the wheels say nothing.
 class Motions {
  public:
@@ -111,25 +116,6 @@ void CheckOdometry(const CeilingEkfOptions& options, const CeilingEkfResult& res
 
 }  // namespace
 
-void CeilingEkfOptions::Register(OptionList& list) {
-  odometry.Register(list);
-  list.Add("anchor_distance_m",
-           &anchor_distance_m,
-           Range(0.1, 100),
-           "distance from the anchor at which the robot's place becomes the next one");
-  list.Add("min_loop_path_m",
-           &min_loop_path_m,
-           Range(0, 1000),
-           "way between two visits of a place that close a loop, at least");
-  noise.Register(list);
-  keeper.Register(list);
-  loops.Register(list);
-  list.Add("max_missing_ratio",
-           &max_missing_ratio,
-           Range(0, 1),
-           "fails when a larger share of the frames has no odometry");
-}
-
 CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
                                const CeilingEkfInput& input,
                                Progress& progress) {
@@ -138,7 +124,7 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
   CeilingFilter filter(UpwardCamera(input.camera.color, input.camera.robot_from_camera),
                        options.noise);
   LandmarkKeeper keeper(options.keeper, &filter);
-  Submaps submaps(options.loops, options.min_loop_path_m, input.tracks.descriptors);
+  Submaps submaps(options.loops, kMinLoopPath_m, input.tracks.descriptors);
   Motions motions(wheels, options.odometry.max_gap_s);
   std::vector<Step> steps;
   const std::vector<TrackedFrame>& frames = input.tracks.frames;
@@ -155,8 +141,8 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
     steps.push_back({Describe(frames[i], observed, motion, filter),
                      filter.NumAnchors() - 1,
                      filter.AnchorFromRobot()});
-    const bool is_far = filter.AnchorFromRobot().translation.norm() > options.anchor_distance_m;
-    if (is_far || path_m - anchor_path_m > kMaxWay * options.anchor_distance_m) {
+    const bool is_far = filter.AnchorFromRobot().translation.norm() > kAnchorDistance_m;
+    if (is_far || path_m - anchor_path_m > kMaxWay * kAnchorDistance_m) {
       anchor_path_m = path_m;
       submaps.Leave(keeper.TakeStored(), keeper.Active(), path_m, &filter);
       filter.MoveAnchor();

@@ -22,15 +22,13 @@
 namespace nightmap {
 
 struct CeilingEkfOptions {
-  OdometryChoice odometry;
-  double anchor_distance_m = 3;
-  double min_loop_path_m = 8;
-  CeilingNoise noise;
-  KeeperOptions keeper;
-  SubmapMatchOptions loops;
-  double max_missing_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTIONS_OF(OdometryChoice, odometry);
+  OPTIONS_OF(CeilingNoise, noise);
+  OPTIONS_OF(KeeperOptions, keeper);
+  OPTIONS_OF(SubmapMatchOptions, loops);
+  OPTION(double, max_missing_ratio, 0.2, {0, 1},
+         "fails when a larger share of the frames has no odometry");
+  REGISTER_OPTIONS();
 };
 
 struct CeilingEkfInput {

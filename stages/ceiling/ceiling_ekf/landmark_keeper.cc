@@ -11,6 +11,14 @@
 namespace nightmap {
 namespace {
 
+// Way between the views from which new corners are followed.
+constexpr double kCloneDistance_m = 0.15;
+constexpr int kMaxClones = 12;  // of these, remembered at most
+// Sightings in a row that do not fit, from which a landmark is deleted.
+constexpr int kMaxMisfits = 3;
+constexpr int kMinSightings = 5;  // sightings that a landmark of the map has at least
+// Deviation of a landmark of the map at most, on each axis of its anchor.
+constexpr double kMaxSigma_m = 0.05;
 constexpr std::size_t kMinForSlip = 4;     // landmarks that can tell of it
 constexpr double kMaxResidual_sigmas = 4;  // after the update
 constexpr int kMaxRounds = 3;
@@ -35,52 +43,6 @@ std::pair<int, int> CellOf(const Eigen::Vector2f& pixel) {
 }
 
 }  // namespace
-
-void KeeperOptions::Register(OptionList& list) {
-  list.Add("max_landmarks",
-           &max_landmarks,
-           Range(4, 1000),
-           "landmarks in view at most; the time per frame grows with their cube");
-  list.Add("initial_depth",
-           &initial_depth,
-           {"parallax", "published"},
-           "what gives a new landmark its depth: two views min_parallax_rad apart, or, as in the "
-           "publication CN103680291A, f T / (x1 - x2) of two pictures");
-  list.Add("min_parallax_rad",
-           &min_parallax_rad,
-           Range(0.001, 1),
-           "parallax: angle between two views from which the depth of a corner is known");
-  list.Add("clone_distance_m",
-           &clone_distance_m,
-           Range(0.001, 10),
-           "way between the views from which new corners are followed");
-  list.Add("max_clones", &max_clones, Range(1, 100), "such views that are remembered at most");
-  list.Add("gate",
-           &gate,
-           Range(1, 1000),
-           "chi-square, two degrees of freedom, up to which a sighting fits its landmark");
-  list.Add("max_slip_sigmas",
-           &max_slip_sigmas,
-           Range(1, 1e9),
-           "deviation of the wheels' way over the last frames from the pictures', from which they "
-           "slip");
-  list.Add("slip_gate",
-           &slip_gate,
-           Range(1, 1e9),
-           "chi-square, three degrees of freedom, from which they slip in one frame");
-  list.Add("max_misfits",
-           &max_misfits,
-           Range(1, 1000),
-           "sightings in a row that do not fit, from which a landmark is deleted");
-  list.Add("min_sightings",
-           &min_sightings,
-           Range(2, 1000),
-           "sightings that a landmark of the map has at least");
-  list.Add("max_sigma_m",
-           &max_sigma_m,
-           Range(0.001, 10),
-           "deviation of a landmark of the map at most, on each axis of its anchor");
-}
 
 LandmarkKeeper::LandmarkKeeper(const KeeperOptions& options, CeilingFilter* filter)
     : options_(options), filter_(filter) {}
@@ -156,7 +118,7 @@ void LandmarkKeeper::CountMisfits(const TrackedFrame& frame,
       followed.last_raw_px = std::ranges::lower_bound(
                                  frame.sightings, sighting.track_id, {}, &CornerSighting::track_id)
                                  ->raw_px;
-    } else if (++followed.num_misfits >= options_.max_misfits) {
+    } else if (++followed.num_misfits >= kMaxMisfits) {
       inconsistent.push_back(sighting.track_id);
       followed.state = State::kRefused;
       ++counts_.num_inconsistent;
@@ -189,8 +151,8 @@ void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
 
 bool LandmarkKeeper::IsWorthKeeping(const ActiveLandmark& landmark,
                                     const Followed& followed) const {
-  return followed.num_sightings >= options_.min_sightings &&
-         landmark.covariance.diagonal().maxCoeff() < options_.max_sigma_m * options_.max_sigma_m;
+  return followed.num_sightings >= kMinSightings &&
+         landmark.covariance.diagonal().maxCoeff() < kMaxSigma_m * kMaxSigma_m;
 }
 
 bool LandmarkKeeper::AddLandmark(const CornerSighting& sighting, const Followed& followed) {
@@ -235,7 +197,7 @@ void LandmarkKeeper::AddLandmarks(const TrackedFrame& frame) {
 }
 
 void LandmarkKeeper::AddCandidates(const TrackedFrame& frame) {
-  if (!clones_.empty() && path_m_ - clones_.back().path_m < options_.clone_distance_m) return;
+  if (!clones_.empty() && path_m_ - clones_.back().path_m < kCloneDistance_m) return;
   std::vector<const CornerSighting*> candidates;
   for (const CornerSighting& sighting : frame.sightings) {
     if (!followed_.contains(sighting.track_id)) candidates.push_back(&sighting);
@@ -252,7 +214,7 @@ void LandmarkKeeper::AddCandidates(const TrackedFrame& frame) {
 
 void LandmarkKeeper::RemoveClones() {
   std::set<std::int64_t> needed;
-  if (static_cast<int>(clones_.size()) > options_.max_clones) {
+  if (static_cast<int>(clones_.size()) > kMaxClones) {
     std::erase_if(followed_, [&](const auto& entry) {
       return entry.second.state == State::kCandidate && entry.second.clone_id == clones_.front().id;
     });

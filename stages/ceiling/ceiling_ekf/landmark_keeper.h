@@ -16,19 +16,22 @@
 namespace nightmap {
 
 struct KeeperOptions {
-  int max_landmarks = 48;
-  std::string initial_depth = "parallax";
-  double min_parallax_rad = 0.2;
-  double clone_distance_m = 0.15;
-  int max_clones = 12;
-  double gate = 18.4;  // chi-square of 2 degrees of freedom, 99.99 %
-  double max_slip_sigmas = 4;
-  double slip_gate = 12.8;  // of 3 degrees of freedom, 99.5 % where pictures tell all of the pose
-  int max_misfits = 3;
-  int min_sightings = 5;
-  double max_sigma_m = 0.05;
-
-  void Register(OptionList& list);
+  OPTION(int, max_landmarks, 48, {4, 1000},
+         "landmarks in view at most; the time per frame grows with their cube");
+  OPTION(std::string, initial_depth, "parallax", {"parallax", "published"},
+         "what gives a new landmark its depth: two views min_parallax_rad apart, or, as in the "
+         "publication CN103680291A, f T / (x1 - x2) of two pictures");
+  OPTION(double, min_parallax_rad, 0.2, {0.001, 1},
+         "parallax: angle between two views from which the depth of a corner is known");
+  OPTION(double, gate, 18.4, {1, 1000},
+         "chi-square, two degrees of freedom (99.99 %), up to which a sighting fits its landmark");
+  OPTION(double, max_slip_sigmas, 4, {1, 1e9},
+         "deviation of the wheels' way over the last frames from the pictures', from which they "
+         "slip");
+  OPTION(double, slip_gate, 12.8, {1, 1e9},
+         "chi-square, three degrees of freedom (99.5 % where pictures tell all of the pose), from "
+         "which they slip in one frame");
+  REGISTER_OPTIONS();
 };
 
 // A landmark that left the filter. Position and covariance are in the frame of the anchor that was

@@ -10,6 +10,10 @@
 namespace nightmap {
 namespace {
 
+// Bits of 256 in which the descriptors of one landmark may differ.
+constexpr int kMaxDescriptorBits = 70;
+// Difference in height between a landmark and itself, met again.
+constexpr double kMaxHeightDifference_m = 0.12;
 constexpr double kGate = 16;            // squared sigmas, of a pair
 constexpr double kPoseGate = 32;        // squared sigmas, of a pose
 constexpr std::size_t kMaxSeeds = 250;  // pairs that hypotheses are made of
@@ -91,7 +95,7 @@ class Matcher {
       for (int j = 0; j < static_cast<int>(then_.size()); ++j) {
         const SubmapLandmark& a = now_[static_cast<std::size_t>(i)];
         const SubmapLandmark& b = then_[static_cast<std::size_t>(j)];
-        if (std::abs(a.position.z() - b.position.z()) > options_.max_height_difference_m) continue;
+        if (std::abs(a.position.z() - b.position.z()) > kMaxHeightDifference_m) continue;
         const Eigen::Vector2d moved = expected_ * b.position.head<2>();
         const Eigen::Vector2d arm = moved - expected_.translation;
         Eigen::Matrix<double, 2, 3> by_pose;
@@ -102,7 +106,7 @@ class Matcher {
         const Eigen::Vector2d off = a.position.head<2>() - moved;
         if (off.dot(variance.llt().solve(off)) > kGate) continue;
         const int num_bits = Distance_bits(a, b);
-        if (num_bits <= options_.max_descriptor_bits) pairs_.push_back({i, j, num_bits});
+        if (num_bits <= kMaxDescriptorBits) pairs_.push_back({i, j, num_bits});
       }
     }
     std::ranges::stable_sort(pairs_, {}, &Pair::num_bits);
@@ -198,29 +202,6 @@ class Matcher {
 };
 
 }  // namespace
-
-void SubmapMatchOptions::Register(OptionList& list) {
-  list.Add("max_descriptor_bits",
-           &max_descriptor_bits,
-           Range(0, 256),
-           "bits of 256 in which the descriptors of one landmark may differ");
-  list.Add("max_loop_distance_m",
-           &max_distance_m,
-           Range(0.001, 10),
-           "distance between a landmark and itself, met again, under the loop's pose");
-  list.Add("max_height_difference_m",
-           &max_height_difference_m,
-           Range(0.001, 10),
-           "difference in height between a landmark and itself, met again");
-  list.Add("min_loop_landmarks",
-           &min_pairs,
-           Range(3, 10000),
-           "landmarks that are met again at a place, at least");
-  list.Add("max_rival_ratio",
-           &max_rival_ratio,
-           Range(0, 1),
-           "share of them that may lie as well at another place; more, and the place is ambiguous");
-}
 
 std::optional<SubmapMatch> MatchSubmaps(const SubmapMatchOptions& options,
                                         const std::vector<SubmapLandmark>& now,

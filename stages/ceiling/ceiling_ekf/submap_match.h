@@ -15,13 +15,15 @@
 namespace nightmap {
 
 struct SubmapMatchOptions {
-  int max_descriptor_bits = 70;  // of 256
   double max_distance_m = 0.06;
-  double max_height_difference_m = 0.12;
+  OPTION_AT("max_loop_distance_m", max_distance_m, {0.001, 10},
+            "distance between a landmark and itself, met again, under the loop's pose");
   int min_pairs = 8;
-  double max_rival_ratio = 0.7;
-
-  void Register(OptionList& list);
+  OPTION_AT("min_loop_landmarks", min_pairs, {3, 10000},
+            "landmarks that are met again at a place, at least");
+  OPTION(double, max_rival_ratio, 0.7, {0, 1},
+         "share of them that may lie as well at another place; more, and the place is ambiguous");
+  REGISTER_OPTIONS();
 };
 
 struct SubmapLandmark {

@@ -19,6 +19,7 @@
 namespace nightmap {
 namespace {
 
+constexpr double kHeightRadius_m = 0.6;  // landmarks so near tell the height of the ceiling
 constexpr int kBlock_px = 512;
 // A view's weight falls with the distance from its middle as a Gaussian of this share of its half
 // height, so that the nearest views decide.
@@ -99,7 +100,7 @@ class MosaicMaker {
     mosaic_.picture.pixels.assign(
         static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 3, 0);
     heights_ = std::make_unique<CeilingHeights>(
-        input.landmarks, options.height_radius_m, low.matrix(), high.matrix());
+        input.landmarks, kHeightRadius_m, low.matrix(), high.matrix());
   }
 
   CeilingMosaic Make(Progress& progress, int num_threads) {
@@ -228,24 +229,6 @@ class MosaicMaker {
 };
 
 }  // namespace
-
-void CeilingMosaicOptions::Register(OptionList& list) {
-  list.Add("resolution_m", &resolution_m, Range(0.001, 1), "edge of a pixel of the mosaic");
-  list.Add("view_distance_m",
-           &view_distance_m,
-           Range(0.01, 10),
-           "distance between the pictures that the mosaic is made of");
-  list.Add("view_turn_rad", &view_turn_rad, Range(0.01, 3), "turn between them");
-  list.Add("height_radius_m",
-           &height_radius_m,
-           Range(0.05, 10),
-           "landmarks so near tell the height of the ceiling");
-  list.Add("max_edge_px", &max_edge_px, Range(100, 100000), "largest edge of the mosaic");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0, 1),
-           "fails when a larger share of the pictures cannot be read");
-}
 
 CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
                                const CeilingMosaicInput& input,

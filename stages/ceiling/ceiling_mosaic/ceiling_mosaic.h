@@ -17,14 +17,11 @@
 namespace nightmap {
 
 struct CeilingMosaicOptions {
-  double resolution_m = 0.01;
-  double view_distance_m = 0.3;
-  double view_turn_rad = 0.3;
-  double height_radius_m = 0.6;
-  int max_edge_px = 30000;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTION(double, resolution_m, 0.01, {0.001, 1}, "edge of a pixel of the mosaic");
+  OPTION(int, max_edge_px, 30000, {100, 100000}, "largest edge of the mosaic");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the pictures cannot be read");
+  REGISTER_OPTIONS();
 };
 
 struct CeilingView {

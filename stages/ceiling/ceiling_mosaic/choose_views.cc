@@ -3,8 +3,14 @@
 
 namespace nightmap {
 
-std::vector<CeilingView> ChooseViews(const CeilingMosaicOptions& options,
-                                     const std::vector<FrameRecord>& frames,
+namespace {
+
+constexpr double kViewDistance_m = 0.3;  // distance between the pictures that the mosaic is made of
+constexpr double kViewTurn_rad = 0.3;    // and turn between them
+
+}  // namespace
+
+std::vector<CeilingView> ChooseViews(const std::vector<FrameRecord>& frames,
                                      const std::vector<StampedPose>& poses,
                                      const Rigid3& robot_from_camera) {
   std::vector<CeilingView> views;
@@ -14,8 +20,8 @@ std::vector<CeilingView> ChooseViews(const CeilingMosaicOptions& options,
     const Rigid3 map_from_camera = poses[static_cast<std::size_t>(pose)].pose * robot_from_camera;
     if (!views.empty()) {
       const Rigid3 moved = views.back().map_from_camera.Inverse() * map_from_camera;
-      if (moved.translation.norm() < options.view_distance_m &&
-          Eigen::AngleAxisd(moved.rotation).angle() < options.view_turn_rad) {
+      if (moved.translation.norm() < kViewDistance_m &&
+          Eigen::AngleAxisd(moved.rotation).angle() < kViewTurn_rad) {
         continue;
       }
     }

@@ -17,10 +17,8 @@ void Run(const CeilingMosaicOptions& options, StageContext& context) {
   const FrameReader reader(context.Input("data"));
   CeilingMosaicInput input;
   input.camera = camera.color;
-  input.views = ChooseViews(options,
-                            frames,
-                            ReadPoses(context.Input("trajectory")),
-                            MountedAs(camera.robot_from_camera, map));
+  input.views = ChooseViews(
+      frames, ReadPoses(context.Input("trajectory")), MountedAs(camera.robot_from_camera, map));
   for (const CeilingLandmark& landmark : map.landmarks) {
     input.landmarks.push_back(landmark.position_m);
   }

@@ -21,8 +21,7 @@ struct ReadPicture {
 // Reads the pictures of the next batch while those of the batch before are followed.
 class PictureQueue {
  public:
-  PictureQueue(const CeilingTracksInput& input, const FlowOptions& options)
-      : input_(input), options_(options) {}
+  explicit PictureQueue(const CeilingTracksInput& input) : input_(input) {}
 
   std::size_t NumBatches() const {
     return (input_.frames.size() + kBatch_frames - 1) / kBatch_frames;
@@ -34,14 +33,13 @@ class PictureQueue {
   ReadPicture Read(std::size_t i) const {
     const FrameRecord& frame = input_.frames[i];
     ReadPicture read;
-    read.failure = FrameFailure(
-        frame.color.path, [&] { read.picture = PrepareForFlow(input_.load(frame), options_); });
+    read.failure =
+        FrameFailure(frame.color.path, [&] { read.picture = PrepareForFlow(input_.load(frame)); });
     return read;
   }
 
  private:
   const CeilingTracksInput& input_;
-  const FlowOptions& options_;
 };
 
 }  // namespace
@@ -71,7 +69,7 @@ CeilingTracksResult RunCeilingTracks(const CeilingTracksOptions& options,
         frame, input.cameras.at(camera).color, input.features.frames[i], std::move(read.picture));
     progress.Advance();
   };
-  const PictureQueue queue(input, options.flow);
+  const PictureQueue queue(input);
   progress.Start(input.frames.size());
   std::vector<ReadPicture> ready;
   for (std::size_t batch = 0; batch <= queue.NumBatches(); ++batch) {

@@ -16,18 +16,10 @@
 namespace nightmap {
 
 struct CeilingTracksOptions {
-  FlowOptions flow;
-  NewCornerOptions new_corners;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list) {
-    flow.Register(list);
-    new_corners.Register(list);
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             Range(0, 1),
-             "fails when a larger share of the frames failed");
-  }
+  OPTIONS_OF(FlowOptions, flow);
+  OPTIONS_OF(NewCornerOptions, new_corners);
+  OPTION(double, max_failed_ratio, 0.2, {0, 1}, "fails when a larger share of the frames failed");
+  REGISTER_OPTIONS();
 };
 
 struct CeilingTracksInput {

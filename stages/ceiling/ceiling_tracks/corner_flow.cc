@@ -17,6 +17,15 @@ struct FlowPicture {
 
 namespace {
 
+constexpr int kWindow_px = 15;  // size of the patch that flow compares
+// Pictures of half the size each above the full one, from which flow starts.
+constexpr int kNumPyramidLevels = 3;
+// A track ends when the flow back misses its corner by more.
+constexpr double kMaxBackwardError_px = 0.5;
+// Half size of the window whose gradients put a track back onto its corner.
+constexpr int kRefineRadius_px = 4;
+// A track ends when its corner is farther from where flow leads.
+constexpr double kMaxRefinement_px = 1;
 constexpr double kMean = 128;
 constexpr double kContrast = 50;  // standard deviation, in gray levels
 constexpr double kMaxGain = 4;    // the noise of a blank picture is not made to look like corners
@@ -42,8 +51,7 @@ struct Flow {
 Flow FlowFrom(const FlowPicture& from,
               const FlowPicture& to,
               const Pixels& pixels,
-              const Pixels& predicted,
-              const FlowOptions& options) {
+              const Pixels& predicted) {
   Flow flow{predicted, {}};
   cv::calcOpticalFlowPyrLK(from.pyramid,
                            to.pyramid,
@@ -51,8 +59,8 @@ Flow FlowFrom(const FlowPicture& from,
                            flow.pixels,
                            flow.is_found,
                            cv::noArray(),
-                           {options.window_px, options.window_px},
-                           options.num_pyramid_levels,
+                           {kWindow_px, kWindow_px},
+                           kNumPyramidLevels,
                            {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02},
                            cv::OPTFLOW_USE_INITIAL_FLOW);
   return flow;
@@ -72,37 +80,14 @@ float Distance_px(const cv::Point2f& a, const cv::Point2f& b) {
 
 }  // namespace
 
-void FlowOptions::Register(OptionList& list) {
-  list.Add("window_px", &window_px, Range(5, 63), "size of the patch that flow compares");
-  list.Add("num_pyramid_levels",
-           &num_pyramid_levels,
-           Range(0, 6),
-           "pictures of half the size each above the full one, from which flow starts");
-  list.Add("max_backward_error_px",
-           &max_backward_error_px,
-           Range(0.01, 10),
-           "a track ends when the flow back misses its corner by more");
-  list.Add("refine_radius_px",
-           &refine_radius_px,
-           Range(2, kMaxRefineRadius_px),
-           "half size of the window whose gradients put a track back onto its corner");
-  list.Add("max_refinement_px",
-           &max_refinement_px,
-           Range(0.05, 10),
-           "a track ends when its corner is farther from where flow leads");
-  list.Add("border_px", &border_px, Range(0, 100), "a track ends as near to the picture's border");
-}
-
-std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray,
-                                                  const FlowOptions& options) {
+std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray) {
   const cv::Mat image(
       gray.height, gray.width, CV_8UC1, const_cast<std::uint8_t*>(gray.pixels.data()));
   CV_Assert(!image.empty());  // OpenCV would search for its border without end
   cv::Mat even = EvenLight(image);
   cv::GaussianBlur(even, even, {5, 5}, kBlur_px);
   auto picture = std::make_shared<FlowPicture>();
-  cv::buildOpticalFlowPyramid(
-      even, picture->pyramid, {options.window_px, options.window_px}, options.num_pyramid_levels);
+  cv::buildOpticalFlowPyramid(even, picture->pyramid, {kWindow_px, kWindow_px}, kNumPyramidLevels);
   return picture;
 }
 
@@ -120,7 +105,7 @@ std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
   }
   if (origins.empty()) return followed;
   const cv::Mat& image = to.pyramid.front();
-  const Flow forward = FlowFrom(from, to, origins, predicted, options);
+  const Flow forward = FlowFrom(from, to, origins, predicted);
   Pixels found, start_back;
   std::vector<std::size_t> of_found;
   for (std::size_t i = 0; i < origins.size(); ++i) {
@@ -136,17 +121,17 @@ std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
     }
   }
   if (found.empty()) return followed;
-  const Flow back = FlowFrom(to, from, found, start_back, options);
+  const Flow back = FlowFrom(to, from, found, start_back);
   const GrayView view{image.ptr(), image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
   for (std::size_t k = 0; k < found.size(); ++k) {
     FollowedCorner& corner = followed[of_found[k]];
     const float error_px = Distance_px(back.pixels[k], origins[of_found[k]]);
-    if (!back.is_found[k] || !(error_px <= options.max_backward_error_px)) {
+    if (!back.is_found[k] || !(error_px <= kMaxBackwardError_px)) {
       corner.end = TrackEnd::kBackward;
       continue;
     }
-    const auto refined = RefineCorner(
-        view, {found[k].x, found[k].y}, options.refine_radius_px, options.max_refinement_px);
+    const auto refined =
+        RefineCorner(view, {found[k].x, found[k].y}, kRefineRadius_px, kMaxRefinement_px);
     if (!refined) {
       corner.end = TrackEnd::kOffCorner;
     } else if (!IsInside({refined->x(), refined->y()}, image, options.border_px)) {

@@ -10,26 +10,20 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
+#include "pipeline/camera/refine_corner.h"
 #include "pipeline/io/image_io.h"
 
 namespace nightmap {
 
 struct FlowOptions {
-  int window_px = 15;
-  int num_pyramid_levels = 3;  // above the full size
-  double max_backward_error_px = 0.5;
-  int refine_radius_px = 4;  // half size of the window whose gradients place the corner
-  double max_refinement_px = 1;
-  int border_px = 10;
-
-  void Register(OptionList& list);
+  OPTION(int, border_px, 10, {0, 100}, "a track ends as near to the picture's border");
+  REGISTER_OPTIONS();
 };
 
 // A picture ready for flow: its pyramid and gradients, at a mean and contrast that are the same for
 // all pictures, so that a change of light between two pictures does not look like motion.
 struct FlowPicture;
-std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray,
-                                                  const FlowOptions& options);
+std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray);
 
 // Why a track ended.
 enum class TrackEnd {

@@ -52,18 +52,6 @@ class Cover {
 
 }  // namespace
 
-void NewCornerOptions::Register(OptionList& list) {
-  list.Add("min_tracks",
-           &min_tracks,
-           Range(0, 10000),
-           "corners are taken anew from a frame when fewer tracks are left");
-  list.Add("max_tracks", &max_tracks, Range(1, 10000), "then up to this number of tracks");
-  list.Add("min_distance_px",
-           &min_distance_px,
-           Range(3, 200),
-           "smallest distance of a new corner from any track");
-}
-
 std::vector<int> ChooseNewCorners(const std::vector<Eigen::Vector2f>& corners,
                                   const std::vector<Eigen::Vector2f>& tracks,
                                   const Camera& camera,

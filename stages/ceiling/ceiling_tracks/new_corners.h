@@ -11,11 +11,11 @@
 namespace nightmap {
 
 struct NewCornerOptions {
-  int min_tracks = 60;
-  int max_tracks = 120;
-  double min_distance_px = 12;
-
-  void Register(OptionList& list);
+  OPTION(int, min_tracks, 60, {0, 10000},
+         "corners are taken anew from a frame when fewer tracks are left");
+  OPTION(int, max_tracks, 120, {1, 10000}, "then up to this number of tracks");
+  OPTION(double, min_distance_px, 12, {3, 200}, "smallest distance of a new corner from any track");
+  REGISTER_OPTIONS();
 };
 
 // Indices into `corners` (raw pixels, strongest first), ascending. The strongest corner of each of

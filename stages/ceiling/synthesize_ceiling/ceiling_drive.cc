@@ -11,6 +11,9 @@ namespace nightmap {
 
 namespace {
 
+constexpr double kAccelerationMPerS2 = 0.5;  // by which the robot gains and loses speed
+constexpr double kCornerRadius_m = 0.4;      // of the arcs at corners
+constexpr double kStandstill_s = 1;          // before the robot begins to drive
 constexpr double kDriveRate_hz = 200;
 constexpr double kTurnAcceleration_rad_per_s2 = 2;
 
@@ -44,7 +47,7 @@ class DriveRecorder {
 
   void Stand(const CeilingStation& at) {
     stations_ = {at, at};
-    times_s_ = {0, options_.standstill_s};
+    times_s_ = {0, kStandstill_s};
   }
   const CeilingStation& Last() const { return stations_.back(); }
 
@@ -63,7 +66,7 @@ class DriveRecorder {
   }
   void Drive(std::vector<CeilingStation> stations) {
     const double unwrap_rad = Last().heading_rad - stations.front().heading_rad;
-    const double corner_speed_m_per_s = options_.turn_rate_rad_per_s * options_.corner_radius_m;
+    const double corner_speed_m_per_s = options_.turn_rate_rad_per_s * kCornerRadius_m;
     std::vector<double> places_m;
     std::vector<double> limits;
     for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -74,7 +77,7 @@ class DriveRecorder {
       limits.push_back(is_corner ? std::min(options_.speed_m_per_s, corner_speed_m_per_s)
                                  : options_.speed_m_per_s);
     }
-    Append(stations, TimesOf(places_m, limits, options_.acceleration_m_per_s2));
+    Append(stations, TimesOf(places_m, limits, kAccelerationMPerS2));
   }
 
   RobotDrive Recorded() const {
@@ -112,26 +115,12 @@ class DriveRecorder {
 
 }  // namespace
 
-void CeilingRouteOptions::Register(OptionList& list) {
-  list.Add("speed_m_per_s", &speed_m_per_s, Range(0.01, 5), "speed of the robot on straight ways");
-  list.Add("acceleration_m_per_s2",
-           &acceleration_m_per_s2,
-           Range(0.01, 100),
-           "by which the robot gains and loses speed");
-  list.Add("turn_rate_rad_per_s",
-           &turn_rate_rad_per_s,
-           Range(0.01, 10),
-           "turning on the spot; at most in corners");
-  list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 0.5), "of the arcs at corners");
-  list.Add("standstill_s", &standstill_s, Range(0, 1000), "before the robot begins to drive");
-}
-
 RobotDrive DriveCeilingLegs(const std::vector<CeilingLeg>& legs,
                             const CeilingRouteOptions& options) {
   if (legs.empty()) throw UsageError("a route without legs leads nowhere");
   DriveRecorder recorder(options);
   for (std::size_t i = 0; i < legs.size(); ++i) {
-    std::vector<CeilingStation> stations = RoundCorners(legs[i], options.corner_radius_m);
+    std::vector<CeilingStation> stations = RoundCorners(legs[i], kCornerRadius_m);
     if (i == 0) {
       recorder.Stand(stations.front());
     } else {

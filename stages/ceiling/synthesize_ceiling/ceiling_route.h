@@ -11,12 +11,9 @@
 namespace nightmap {
 
 struct CeilingRouteOptions {
-  double speed_m_per_s = 0.6;
-  double acceleration_m_per_s2 = 0.5;
-  double turn_rate_rad_per_s = 0.8;
-  double corner_radius_m = 0.4;
-  double standstill_s = 1;
-  void Register(OptionList& list);
+  OPTION(double, speed_m_per_s, 0.6, {0.01, 5}, "speed of the robot on straight ways");
+  OPTION(double, turn_rate_rad_per_s, 0.8, {0.01, 10}, "turning on the spot; at most in corners");
+  REGISTER_OPTIONS();
 };
 
 // A place on a leg: x, y in the building frame (m), heading of the tangent (rad, unwrapped).

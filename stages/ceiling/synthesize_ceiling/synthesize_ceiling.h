@@ -24,31 +24,39 @@ namespace nightmap {
 inline constexpr std::int64_t kFirstCeilingFrame_ns = 1'000'000'000'000;
 
 struct SynthesizeCeilingOptions {
-  int seed = 1;
-  int noise_seed = 0;
-  std::string layout = "corridor";
+  OPTION(int, seed, 1, {0, 1e9}, "decides the building");
+  OPTION(int, noise_seed, 0, {0, 1e9},
+         "decides all but the building: tilt, vibration, light, noise; 0: the same as seed");
+  OPTION(std::string, layout, "corridor", {"corridor", "office"}, "a loop of corridors; six rooms");
+  // Corridor: length of the stretch where neither ceiling nor walls show anything.
   double blank_length_m = 8;
-  double overlap_m = 12;
-  double duration_s = 0;
-  int image_width_px = 640;
-  int image_height_px = 480;
-  double focal_length_px = 320;
-  double frame_rate_hz = 10;
-  double exposure_s = 0.01;
-  double color_noise_levels = 2;
-  double vignetting = 0.25;
-  double light_change = 0.15;
-  UpwardMountOptions mount;
-  CeilingRouteOptions route;
+  OPTION(double, overlap_m, 12, {6, 30},
+         "corridor: way that the robot drives on after one loop, before it turns back for 5 m");
+  OPTION(double, duration_s, 0, {0, 1e5}, "ends the recording early; 0: whole route");
+  OPTION(int, image_width_px, 640, {16, 8192}, "columns of a picture");
+  OPTION(int, image_height_px, 480, {16, 8192}, "rows of a picture");
+  OPTION(double, focal_length_px, 320, {4, 1e5}, "focal length of the pinhole");
+  OPTION(double, frame_rate_hz, 10, {0.1, 1000}, "pictures per second");
+  double exposure_s = 0.01;  // time over which motion blurs a picture
+  OPTION(double, color_noise_levels, 2, {0, 64},
+         "sigma of the noise of each channel of a pixel, of 255");
+  double vignetting = 0.25;  // share of the light that the corners lack
+  OPTION(double, light_change, 0.15, {0, 0.9}, "share by which brightness rises and falls slowly");
+  OPTIONS_OF(UpwardMountOptions, mount);
+  OPTIONS_OF(CeilingRouteOptions, route);
   WheelOptions wheels = CeilingWheels();
+  OPTIONS_AT(wheels, "wheel_");
+  // Sigmas of what a draw by noise_seed adds to wheel_scale_bias and wheel_heading_bias_rad_per_m.
   double scale_bias_sigma = 0.005;
   double heading_bias_sigma_rad_per_m = 0.002;
   WheelSlipOptions slip;
 
   static WheelOptions CeilingWheels();
-  void Register(OptionList& list);
-  Camera Pinhole() const;           // principal point at the centre, no distortion
+  Camera Pinhole() const {
+    return CenteredPinhole(image_width_px, image_height_px, focal_length_px);
+  }
   std::uint64_t NoiseSeed() const;  // decides all but the building
+  REGISTER_OPTIONS();
 };
 
 // Everything but the pictures. The stamp of a frame is the middle of its exposure.

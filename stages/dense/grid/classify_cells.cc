@@ -11,6 +11,7 @@
 namespace nightmap {
 namespace {
 
+constexpr int kSpeckMaxVoxels = 2;  // a column with more occupied voxels is never a speck
 constexpr double kTolerance_m = 1e-9;
 constexpr double kArmsReach_m = 0.6;      // from a camera to the person who carries it
 constexpr double kMinUnseenDrop_m = 0.3;  // depth of free space below the ground that proves a drop
@@ -156,7 +157,7 @@ class FloorClassifier {
     for (std::size_t cell = 0; cell < result_.grid.cells.size(); ++cell) {
       if (result_.grid.cells[cell] == kOccupiedCell &&
           CountAround(cell, kOccupiedCell) < options_.speck_min_neighbors &&
-          ContentsOf(cell).num_occupied <= options_.speck_max_voxels) {
+          ContentsOf(cell).num_occupied <= kSpeckMaxVoxels) {
         specks.push_back(cell);
       }
     }

@@ -9,6 +9,10 @@
 namespace nightmap {
 namespace {
 
+// Smallest seen level area of a floor above or below the map's.
+constexpr double kMinFloorArea_m2 = 3.0;
+// Smallest height between two floors; nearer level surfaces are furniture.
+constexpr double kMinFloorDistance_m = 2.0;
 constexpr int kMaxGap = 1;  // unseen voxels between a surface and the free space above it
 
 bool IsSupport(std::span<const ColumnRun> runs, std::size_t at, const HeightRange& room) {
@@ -80,8 +84,7 @@ Supports FindSupports(const GridOptions& options, const Columns& columns) {
   return supports;
 }
 
-std::vector<double> FindFloors(const GridOptions& options,
-                               const Columns& columns,
+std::vector<double> FindFloors(const Columns& columns,
                                const Supports& supports,
                                const std::vector<Eigen::Vector3d>& cameras_in_map) {
   const double cell_m2 = columns.resolution_m * columns.resolution_m;
@@ -90,13 +93,12 @@ std::vector<double> FindFloors(const GridOptions& options,
   std::vector<double> unvisited_m;
   const auto is_apart = [&](int top) {
     const auto is_near = [&](double other_m) {
-      return std::abs(SurfaceHeight_m(top, columns.resolution_m) - other_m) <
-             options.min_floor_distance_m;
+      return std::abs(SurfaceHeight_m(top, columns.resolution_m) - other_m) < kMinFloorDistance_m;
     };
     return std::ranges::none_of(floors_m, is_near) && std::ranges::none_of(unvisited_m, is_near);
   };
   while (const auto top = histogram.Peak(is_apart)) {
-    if (cell_m2 * static_cast<double>(histogram.Near(*top)) < options.min_floor_area_m2) break;
+    if (cell_m2 * static_cast<double>(histogram.Near(*top)) < kMinFloorArea_m2) break;
     const double height_m = (histogram.MeanTop(*top) + 0.5) * columns.resolution_m;
     (HasCamera(cameras_in_map, height_m) ? floors_m : unvisited_m).push_back(height_m);
   }

@@ -85,51 +85,6 @@ void CheckBand(const GridOptions& options, double resolution_m) {
 
 }  // namespace
 
-void GridOptions::Register(OptionList& list) {
-  list.Add("robot_height_m",
-           &robot_height_m,
-           Range(0.05, 10.0),
-           "objects that hang higher above the ground do not block the robot");
-  list.Add("max_step_height_m",
-           &max_step_height_m,
-           Range(0.0, 2.0),
-           "the robot drives over sills, kerbs and edges up to this height");
-  list.Add("min_floor_area_m2",
-           &min_floor_area_m2,
-           Range(0.1, 1e6),
-           "smallest seen level area of a floor above or below the map's");
-  list.Add("min_floor_distance_m",
-           &min_floor_distance_m,
-           Range(0.5, 100),
-           "smallest height between two floors; nearer level surfaces are furniture");
-  list.Add("min_ramp_area_m2",
-           &min_ramp_area_m2,
-           Range(0.0, 1000),
-           "smaller patches that rise or fall from the floor by steps are no ramps");
-  list.Add("min_occupied_voxels",
-           &min_occupied_voxels,
-           Range(1, 100),
-           "occupied voxels between step and robot height that make a cell occupied");
-  list.Add("max_unseen_m",
-           &max_unseen_m,
-           Range(0, 10),
-           "a cell with more unseen height between free voxels is unknown, not free");
-  list.Add("max_hidden_m",
-           &max_hidden_m,
-           Range(0, 10),
-           "a cell with more unseen height above a step over unseen ground is unknown, not free");
-  list.Add("speck_min_neighbors",
-           &speck_min_neighbors,
-           Range(0, 8),
-           "a cell with fewer occupied neighbours (of 8) is a speck and is removed; 0: keeps all");
-  list.Add("speck_max_voxels",
-           &speck_max_voxels,
-           Range(0, 100),
-           "a column with more occupied voxels is never a speck");
-  list.Add(
-      "margin_m", &margin_m, Range(0.0, 10.0), "width of the unknown border around the seen area");
-}
-
 GridResult RunGrid(const GridOptions& options,
                    const LeafSource& leaves,
                    const std::vector<Eigen::Vector3d>& cameras_in_map,
@@ -138,7 +93,7 @@ GridResult RunGrid(const GridOptions& options,
   CheckBand(options, leaves.resolution_m);
   const Columns columns = CollectColumns(leaves, progress);
   const Supports supports = FindSupports(options, columns);
-  const auto floors_m = FindFloors(options, columns, supports, cameras_in_map);
+  const auto floors_m = FindFloors(columns, supports, cameras_in_map);
   GridResult result;
   result.below_lowest_share = ShareBelow(columns, floors_m.front());
   for (std::size_t i = 0; i < floors_m.size(); ++i) {

@@ -17,19 +17,22 @@ namespace nightmap {
 
 // Heights are compared with voxel centres, so that noise of the floor is no obstacle.
 struct GridOptions {
-  double robot_height_m = 1.5;
-  double max_step_height_m = 0.10;
-  double min_floor_area_m2 = 3.0;
-  double min_floor_distance_m = 2.0;
-  double min_ramp_area_m2 = 0.5;
-  int min_occupied_voxels = 1;
-  double max_unseen_m = 0.10;
-  double max_hidden_m = 0.5;
-  int speck_min_neighbors = 1;
-  int speck_max_voxels = 2;
-  double margin_m = 0.25;
-
-  void Register(OptionList& list);
+  OPTION(double, robot_height_m, 1.5, {0.05, 10.0},
+         "objects that hang higher above the ground do not block the robot");
+  OPTION(double, max_step_height_m, 0.10, {0.0, 2.0},
+         "the robot drives over sills, kerbs and edges up to this height");
+  OPTION(double, min_ramp_area_m2, 0.5, {0.0, 1000},
+         "smaller patches that rise or fall from the floor by steps are no ramps");
+  OPTION(int, min_occupied_voxels, 1, {1, 100},
+         "occupied voxels between step and robot height that make a cell occupied");
+  OPTION(double, max_unseen_m, 0.10, {0, 10},
+         "a cell with more unseen height between free voxels is unknown, not free");
+  OPTION(double, max_hidden_m, 0.5, {0, 10},
+         "a cell with more unseen height above a step over unseen ground is unknown, not free");
+  OPTION(int, speck_min_neighbors, 1, {0, 8},
+         "a cell with fewer occupied neighbours (of 8) is a speck and is removed; 0: keeps all");
+  OPTION(double, margin_m, 0.25, {0.0, 10.0}, "width of the unknown border around the seen area");
+  REGISTER_OPTIONS();
 };
 
 struct FloorGrid {

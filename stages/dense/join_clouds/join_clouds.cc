@@ -5,14 +5,6 @@
 
 namespace nightmap {
 
-void JoinCloudsOptions::Register(OptionList& list) {
-  list.Add("export_pcd", &export_pcd, "also writes cloud.pcd, for PCL");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0.0, 1.0),
-           "share of unreadable keyframes above which the stage fails");
-}
-
 void RunJoinClouds(const std::vector<PointSource>& clouds,
                    double voxel_size_m,
                    const std::function<void(const CloudPoint&)>& add) {

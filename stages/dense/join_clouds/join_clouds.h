@@ -12,10 +12,10 @@
 namespace nightmap {
 
 struct JoinCloudsOptions {
-  bool export_pcd = false;
-  double max_failed_ratio = 0.05;
-
-  void Register(OptionList& list);
+  OPTION(bool, export_pcd, false, "also writes cloud.pcd, for PCL");
+  OPTION(double, max_failed_ratio, 0.05, {0.0, 1.0},
+         "share of unreadable keyframes above which the stage fails");
+  REGISTER_OPTIONS();
 };
 
 // Returns the points of one cloud in the order of ByVoxel, then none.

@@ -21,13 +21,6 @@ void CheckOccupied(const VoxelCounts& counts, const TileResults& results) {
 
 }  // namespace
 
-void JoinOctreesOptions::Register(OptionList& list) {
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0.0, 1.0),
-           "share of unreadable keyframes above which the stage fails");
-}
-
 void JoinOctreeFiles(const JoinOctreesOptions& options, StageContext& context) {
   const TileResults results = CheckTileParts(context, "tile_ot", options.max_failed_ratio);
   const VoxelCounts counts =

@@ -8,9 +8,9 @@
 namespace nightmap {
 
 struct JoinOctreesOptions {
-  double max_failed_ratio = 0.05;
-
-  void Register(OptionList& list);
+  OPTION(double, max_failed_ratio, 0.05, {0.0, 1.0},
+         "share of unreadable keyframes above which the stage fails");
+  REGISTER_OPTIONS();
 };
 
 // Reads the inputs tile, tile_ot and tile_report of the same tiles. Writes the outputs ot and bt.

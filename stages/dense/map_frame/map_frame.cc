@@ -49,31 +49,6 @@ UpInput UpInputOf(const MapFrameInput& input, const std::vector<Keyframe>& keyfr
 
 }  // namespace
 
-void MapFrameOptions::Register(OptionList& list) {
-  list.Add("source",
-           &source,
-           {"floor", "given"},
-           "floor: the map frame has z up and the detected floor at z = 0; given: the map frame is "
-           "that of the input trajectory, which has z up already");
-  list.Add("floor_num_keyframes",
-           &floor_num_keyframes,
-           Range(1, 10000),
-           "keyframes whose depth is searched for the floor");
-  list.Add("floor_max_depth_m", &floor_max_depth_m, Range(0.5, 20), "farther depth is ignored");
-  list.Add("floor_max_tilt_rad",
-           &floor_max_tilt_rad,
-           Range(0.05, 1.5),
-           "largest error of the first guess of up");
-  list.Add("floor_min_area_m2",
-           &floor_min_area_m2,
-           Range(0.01, 100),
-           "a smaller level surface is never taken as the floor");
-  list.Add("floor_min_camera_height_m",
-           &floor_min_camera_height_m,
-           Range(0, 5),
-           "smallest height of cameras above the floor");
-}
-
 MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input, int num_threads) {
   std::vector<Rigid3> given_from_cameras;
   for (const StampedPose& keyframe : input.keyframes) given_from_cameras.push_back(keyframe.pose);

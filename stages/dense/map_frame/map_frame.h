@@ -17,14 +17,16 @@
 namespace nightmap {
 
 struct MapFrameOptions {
-  std::string source = "floor";
-  int floor_num_keyframes = 120;
-  double floor_max_depth_m = 4.0;
-  double floor_max_tilt_rad = 0.7;
-  double floor_min_area_m2 = 0.2;
-  double floor_min_camera_height_m = 0.3;
-
-  void Register(OptionList& list);
+  OPTION(std::string, source, "floor", {"floor", "given"},
+         "floor: the map frame has z up and the detected floor at z = 0; given: the map frame is "
+         "that of the input trajectory, which has z up already");
+  OPTION(int, floor_num_keyframes, 120, {1, 10000},
+         "keyframes whose depth is searched for the floor");
+  OPTION(double, floor_max_tilt_rad, 0.7, {0.05, 1.5}, "largest error of the first guess of up");
+  double floor_min_area_m2 = 0.2;  // a smaller level surface is never taken as the floor
+  OPTION(double, floor_min_camera_height_m, 0.3, {0, 5},
+         "smallest height of cameras above the floor");
+  REGISTER_OPTIONS();
 };
 
 struct MapFrameInput {

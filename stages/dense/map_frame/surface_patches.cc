@@ -10,6 +10,12 @@
 
 namespace nightmap {
 
+namespace {
+
+constexpr double kFloorMaxDepth_m = 4.0;  // farther depth is ignored
+
+}  // namespace
+
 std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
                                         const RgbdCamera& camera,
                                         const Rigid3& given_from_camera,
@@ -63,7 +69,7 @@ std::vector<SurfacePatch> SampleKeyframes(const MapFrameOptions& options,
       of_keyframe[k] = SamplePatches(input.load_depth(keyframe.frame),
                                      input.cameras[camera_idx],
                                      keyframe.map_from_camera,
-                                     options.floor_max_depth_m);
+                                     kFloorMaxDepth_m);
     });
     for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = keyframe.keyframe_idx;
   });

@@ -147,51 +147,6 @@ void CheckAnyOccupied(const OctreeResult& result, const KeyframeSource& source) 
 
 }  // namespace
 
-void OctreeOptions::Register(OptionList& list) {
-  list.Add(
-      "builder",
-      &builder,
-      {"batched", "octomap"},
-      "batched: nightmap's own; octomap: OctoMap's insertPointCloud, a slow reference for tests");
-  list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
-  list.Add("resolution_m", &resolution_m, Range(0.005, 1.0), "edge of the smallest voxel");
-  list.Add("max_range_m",
-           &max_range_m,
-           Range(0.1, 100.0),
-           "rays are cut at this range; nothing beyond is marked occupied");
-  depth_filter.Register(list);
-  list.Add(
-      "discretize", &discretize, "casts one ray for all pixels of a frame that end in one voxel");
-  list.Add("require_cloud_support",
-           &require_cloud_support,
-           "ignores depth without a point of the cloud in its voxel or a neighbour");
-  list.Add("carve_margin_sigmas",
-           &carve_margin_sigmas,
-           Range(0.0, 10.0),
-           "space within this many sigma of depth noise before a hit is not declared free");
-  list.Add("probability_hit",
-           &probability_hit,
-           Range(0.501, 0.999),
-           "probability that a voxel is occupied, given a hit");
-  list.Add("probability_miss",
-           &probability_miss,
-           Range(0.001, 0.499),
-           "probability that a voxel is occupied, given a pass");
-  list.Add(
-      "probability_min", &probability_min, Range(0.0001, 0.499), "lower clamp of the probability");
-  list.Add(
-      "probability_max", &probability_max, Range(0.501, 0.9999), "upper clamp of the probability");
-  list.Add(
-      "occupancy_threshold",
-      &occupancy_threshold,
-      Range(0.01, 0.99),
-      "probability from which on a voxel is occupied; the octree holds log-odds less those of it");
-  list.Add("min_keyframes",
-           &min_keyframes,
-           Range(1, BlockColors::kMaxKeyframes),
-           "a voxel that would be occupied, but that fewer keyframes hit, is unknown");
-}
-
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,

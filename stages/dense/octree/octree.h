@@ -14,26 +14,36 @@
 #include "pipeline/dense/ply_io.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/geometry/voxel_key.h"
+#include "stages/dense/octree/block_colors.h"
 
 namespace nightmap {
 
 struct OctreeOptions {
-  std::string builder = "batched";
-  int keyframe_stride = 1;
-  double resolution_m = 0.05;
-  double max_range_m = 4.0;
-  DepthFilterOptions depth_filter;
-  bool discretize = true;
-  bool require_cloud_support = true;
-  double carve_margin_sigmas = 1.0;
-  double probability_hit = 0.7;
-  double probability_miss = 0.4;
-  double probability_min = 0.12;
-  double probability_max = 0.97;
-  double occupancy_threshold = 0.5;
-  int min_keyframes = 1;
-
-  void Register(OptionList& list);
+  OPTION(std::string, builder, "batched", {"batched", "octomap"},
+         "batched: nightmap's own; octomap: OctoMap's insertPointCloud, a slow reference for "
+         "tests");
+  OPTION(int, keyframe_stride, 1, {1, 1000}, "uses every Nth keyframe");
+  OPTION(double, resolution_m, 0.05, {0.005, 1.0}, "edge of the smallest voxel");
+  OPTION(double, max_range_m, 4.0, {0.1, 100.0},
+         "rays are cut at this range; nothing beyond is marked occupied");
+  OPTIONS_OF(DepthFilterOptions, depth_filter);
+  OPTION(bool, discretize, true, "casts one ray for all pixels of a frame that end in one voxel");
+  OPTION(bool, require_cloud_support, true,
+         "ignores depth without a point of the cloud in its voxel or a neighbour");
+  OPTION(double, carve_margin_sigmas, 1.0, {0.0, 10.0},
+         "space within this many sigma of depth noise before a hit is not declared free");
+  OPTION(double, probability_hit, 0.7, {0.501, 0.999},
+         "probability that a voxel is occupied, given a hit");
+  OPTION(double, probability_miss, 0.4, {0.001, 0.499},
+         "probability that a voxel is occupied, given a pass");
+  OPTION(double, probability_min, 0.12, {0.0001, 0.499}, "lower clamp of the probability");
+  OPTION(double, probability_max, 0.97, {0.501, 0.9999}, "upper clamp of the probability");
+  OPTION(double, occupancy_threshold, 0.5, {0.01, 0.99},
+         "probability from which on a voxel is occupied; the octree holds log-odds less those of "
+         "it");
+  OPTION(int, min_keyframes, 1, {1, BlockColors::kMaxKeyframes},
+         "a voxel that would be occupied, but that fewer keyframes hit, is unknown");
+  REGISTER_OPTIONS();
 };
 
 struct OctreeResult {

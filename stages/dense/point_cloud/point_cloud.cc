@@ -118,43 +118,6 @@ void CheckOverlap(const PointCloudOptions& options, const MapRegion& region) {
 
 }  // namespace
 
-void PointCloudOptions::Register(OptionList& list) {
-  list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
-  list.Add("max_depth_m", &max_depth_m, Range(0.1, 100.0), "farther depth is ignored");
-  depth_filter.Register(list);
-  list.Add("voxel_size_m",
-           &voxel_size_m,
-           Range(0.002, 1.0),
-           "edge of a voxel, which holds at most one point");
-  list.Add(
-      "min_observations", &min_observations, Range(1, 10000), "depth pixels that a voxel needs");
-  list.Add("min_consistent_frames",
-           &min_consistent_frames,
-           Range(0, 1000),
-           "keyframes that must confirm a voxel; they must also be as many as those that see "
-           "through it; 0: no check");
-  list.Add(
-      "consistency_sigmas",
-      &consistency_sigmas,
-      Range(0.5, 20.0),
-      "depths agree when they differ by less than this many sigma of their noise plus a voxel");
-  list.Add("outlier_radius_voxels",
-           &outlier_radius_voxels,
-           Range(1.0, 20.0),
-           "radius in which an outlier has few neighbours");
-  list.Add("outlier_min_neighbors",
-           &outlier_min_neighbors,
-           Range(0, 1000),
-           "a voxel with fewer neighbours in this radius is an outlier; 0 keeps outliers");
-  list.Add("surface_radius_m",
-           &surface_radius_m,
-           Range(0.005, 2.0),
-           "radius of the neighbourhood that gives a point's normal and projection");
-  list.Add("project_to_surface",
-           &project_to_surface,
-           "moves points onto the plane of their neighbourhood");
-}
-
 PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,
                                Progress& progress,

@@ -16,19 +16,25 @@
 namespace nightmap {
 
 struct PointCloudOptions {
-  int keyframe_stride = 1;
-  double max_depth_m = 4.0;
-  DepthFilterOptions depth_filter;
-  double voxel_size_m = 0.02;
-  int min_observations = 2;
-  int min_consistent_frames = 1;
-  double consistency_sigmas = 3.0;
-  double outlier_radius_voxels = 3.0;
-  int outlier_min_neighbors = 12;
-  double surface_radius_m = 0.08;
-  bool project_to_surface = true;
-
-  void Register(OptionList& list);
+  OPTION(int, keyframe_stride, 1, {1, 1000}, "uses every Nth keyframe");
+  OPTION(double, max_depth_m, 4.0, {0.1, 100.0}, "farther depth is ignored");
+  OPTIONS_OF(DepthFilterOptions, depth_filter);
+  OPTION(double, voxel_size_m, 0.02, {0.002, 1.0},
+         "edge of a voxel, which holds at most one point");
+  OPTION(int, min_observations, 2, {1, 10000}, "depth pixels that a voxel needs");
+  OPTION(int, min_consistent_frames, 1, {0, 1000},
+         "keyframes that must confirm a voxel; they must also be as many as those that see through "
+         "it; 0: no check");
+  OPTION(double, consistency_sigmas, 3.0, {0.5, 20.0},
+         "depths agree when they differ by less than this many sigma of their noise plus a voxel");
+  OPTION(double, outlier_radius_voxels, 3.0, {1.0, 20.0},
+         "radius in which an outlier has few neighbours");
+  OPTION(int, outlier_min_neighbors, 12, {0, 1000},
+         "a voxel with fewer neighbours in this radius is an outlier; 0 keeps outliers");
+  OPTION(double, surface_radius_m, 0.08, {0.005, 2.0},
+         "radius of the neighbourhood that gives a point's normal and projection");
+  OPTION(bool, project_to_surface, true, "moves points onto the plane of their neighbourhood");
+  REGISTER_OPTIONS();
 };
 
 struct PointCloudResult {

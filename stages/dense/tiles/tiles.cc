@@ -62,19 +62,6 @@ double Reach(const TilesOptions& options, const RgbdCamera& camera, const ViewPy
 
 }  // namespace
 
-void TilesOptions::Register(OptionList& list) {
-  list.Add("edge_m", &edge_m, Range(1.0, 1000.0), "edge of a tile");
-  list.Add("overlap_m",
-           &overlap_m,
-           Range(0.0, 10.0),
-           "width of the border around a tile whose points are also fused, for neighbourhoods at "
-           "its edge");
-  list.Add("max_range_m",
-           &max_range_m,
-           Range(0.1, 100.0),
-           "depth up to which keyframes are listed; at least that of point_cloud and octree");
-}
-
 std::string TileName(const TileIndex& index) {
   return fmt::format("{}_{}", index.first, index.second);
 }

@@ -13,11 +13,13 @@
 namespace nightmap {
 
 struct TilesOptions {
-  double edge_m = 24.0;
-  double overlap_m = 0.5;
-  double max_range_m = 4.0;
-
-  void Register(OptionList& list);
+  OPTION(double, edge_m, 24.0, {1.0, 1000.0}, "edge of a tile");
+  OPTION(double, overlap_m, 0.5, {0.0, 10.0},
+         "width of the border around a tile whose points are also fused, for neighbourhoods at its "
+         "edge");
+  OPTION(double, max_range_m, 4.0, {0.1, 100.0},
+         "depth up to which keyframes are listed; at least that of point_cloud and octree");
+  REGISTER_OPTIONS();
 };
 
 // Column and row of a tile. Its centre is at (column, row) * edge_m, so that a small building

@@ -11,6 +11,9 @@
 namespace nightmap {
 namespace {
 
+// Mahalanobis distance in the graph beyond which a loop is rejected.
+constexpr double kMaxLoopError = 6.0;
+
 bool HasBridge(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
   return std::ranges::any_of(
       tree, [&](const PoseEdge& edge) { return edge.is_bridge && edge.frame_b == bridge.frame_b; });
@@ -30,7 +33,7 @@ GraphSummary LoopCloser::Close(std::map<int, Rigid3>* graph_from_keyframe) {
   GateByDrift(graph_from_keyframe);
   AddMeasured();
   MoveToPriors(graph_from_keyframe);
-  GraphSummary summary = OptimizeGraph(options_.max_loop_error, &edges_, graph_from_keyframe);
+  GraphSummary summary = OptimizeGraph(kMaxLoopError, &edges_, graph_from_keyframe);
   graph_from_keyframe->erase(kMapNode);
   Judge();
   return summary;

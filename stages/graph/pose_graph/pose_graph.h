@@ -29,13 +29,24 @@ struct CalibrationWarnings {
 
 struct PoseGraphOptions {
   EdgeSigmaFloor edge_sigma_floor;
-  double max_drift = 10.0;
-  double max_loop_error = 6.0;
+  OPTION_AT("edge_sigma_floor_m", edge_sigma_floor.m, {1e-5, 1},
+            "added in quadrature to every edge's translation");
+  OPTION_AT("edge_sigma_floor_rad", edge_sigma_floor.rad, {1e-5, 1},
+            "added in quadrature to every edge's rotation");
+  OPTION(double, max_drift, 10.0, {0.5, 1e9},
+         "Mahalanobis distance from the odometry beyond which a loop is rejected");
   CalibrationWarnings calibration_warnings;
-  bool calibrate_sensors = false;
-  double min_connected_ratio = 0.05;
-
-  void Register(OptionList& list);
+  OPTION_AT("sensor_min_error_m", calibration_warnings.min_error_m, {0, 100},
+            "a sensor's mounting pose that is farther off is warned of");
+  OPTION_AT("sensor_min_error_rad", calibration_warnings.min_error_rad, {0, 4},
+            "likewise, turned by more");
+  OPTION_AT("sensor_min_error_s", calibration_warnings.min_error_s, {0, 100},
+            "a sensor's clock that is farther off is warned of");
+  OPTION(bool, calibrate_sensors, false, "correct the edges of a sensor by what is warned of");
+  OPTION(double, min_connected_ratio, 0.05, {0, 1},
+         "fails when measured motion connects a smaller share of the frames; of sites with many "
+         "recordings that never meet, lower it");
+  REGISTER_OPTIONS();
 };
 
 // Without a camera: AdoptOdometry makes frames and odometry of the edges of another sensor.

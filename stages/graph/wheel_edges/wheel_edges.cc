@@ -26,11 +26,6 @@ void WarnOfAxes(const std::vector<RgbdCamera>& cameras, const Signal& wheels) {
 
 }  // namespace
 
-void WheelEdgesOptions::Register(OptionList& list) {
-  list.Add("sensor", &sensor, "id of the sensor; empty: the only one that measures odometry");
-  noise.Register(list);
-}
-
 WheelEdgesResult RunWheelEdges(const WheelEdgesOptions& options, const WheelEdgesInput& input) {
   const Signal& wheels = ChooseOdometry(input.odometry, options.sensor, "wheel_edges.sensor");
   WarnOfAxes(input.cameras, wheels);

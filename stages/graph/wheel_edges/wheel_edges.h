@@ -11,10 +11,9 @@
 namespace nightmap {
 
 struct WheelEdgesOptions {
-  std::string sensor;
-  WheelNoise noise;
-
-  void Register(OptionList& list);
+  OPTION(std::string, sensor, "", "id of the sensor; empty: the only one that measures odometry");
+  OPTIONS_OF(WheelNoise, noise);
+  REGISTER_OPTIONS();
 };
 
 struct WheelEdgesInput {

@@ -11,6 +11,10 @@
 namespace nightmap {
 namespace {
 
+// Another keyframe sees through a thing when what it sees is so much farther, for errors of the
+// poses.
+constexpr double kMinDifference_m = 0.1;
+constexpr double kNumSigmas = 2;  // of both depths, besides
 // Smaller ones are edges of masks.
 constexpr std::size_t kMinBlocks = 10;
 
@@ -30,8 +34,7 @@ bool IsGhost(const GhostsOptions& options,
   int num_through = 0;
   for (std::size_t i = 0; i < views.size() && num_through < options.min_keyframes; ++i) {
     if (i == own || !views[i] || !MaySee(*views[i], centre_in_map, radius_m)) continue;
-    num_through += SeesThrough(
-        *views[i], points, options.min_share, options.min_difference_m, options.num_sigmas);
+    num_through += SeesThrough(*views[i], points, options.min_share, kMinDifference_m, kNumSigmas);
   }
   return num_through >= options.min_keyframes;
 }
@@ -114,31 +117,6 @@ GhostsResult RunGhosts(const GhostsOptions& options,
     if (!failures[k].empty()) result.skipped.push_back(std::move(failures[k]));
   }
   return result;
-}
-
-void GhostsOptions::Register(OptionList& list) {
-  list.Add("min_difference_m",
-           &min_difference_m,
-           Range(0, 10),
-           "another keyframe sees through a thing when what it sees is so much farther, for errors "
-           "of the poses");
-  list.Add("num_sigmas",
-           &num_sigmas,
-           Range(0, 10),
-           "and by so many standard deviations of both depths more");
-  list.Add("min_share",
-           &min_share,
-           Range(0.01, 1),
-           "of a thing as far as the other keyframe sees it, that it must see through");
-  list.Add("min_keyframes",
-           &min_keyframes,
-           Range(1, 1000),
-           "a thing that so many keyframes see through is gone at another time, and left out of "
-           "the map");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0, 1),
-           "fails when a larger share of the keyframes failed");
 }
 
 }  // namespace nightmap

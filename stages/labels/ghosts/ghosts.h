@@ -16,13 +16,14 @@
 namespace nightmap {
 
 struct GhostsOptions {
-  double min_difference_m = 0.1;
-  double num_sigmas = 2;
-  double min_share = 0.5;
-  int min_keyframes = 2;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTION(double, min_share, 0.5, {0.01, 1},
+         "of a thing as far as the other keyframe sees it, that it must see through");
+  OPTION(int, min_keyframes, 2, {1, 1000},
+         "a thing that so many keyframes see through is gone at another time, and left out of the "
+         "map");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the keyframes failed");
+  REGISTER_OPTIONS();
 };
 
 struct GhostsInput {

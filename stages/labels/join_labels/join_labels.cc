@@ -76,16 +76,6 @@ std::string Hex(const Rgb& color) {
 
 }  // namespace
 
-void JoinLabelsOptions::Register(OptionList& list) {
-  list.Add("palette",
-           &palette,
-           "color per class, \"#rrggbb\", in the order of the model; none: those of PASCAL VOC");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0.0, 1.0),
-           "share of unreadable keyframes above which the stage fails");
-}
-
 VoxelLabels JoinVoxelLabels(const std::vector<VoxelLabels>& parts) {
   VoxelLabels joined;
   joined.classes = CommonClasses(parts);

@@ -15,10 +15,11 @@
 namespace nightmap {
 
 struct JoinLabelsOptions {
-  std::vector<std::string> palette;
-  double max_failed_ratio = 0.05;
-
-  void Register(OptionList& list);
+  OPTION(std::vector<std::string>, palette, std::vector<std::string>(),
+         "color per class, \"#rrggbb\", in the order of the model; none: those of PASCAL VOC");
+  OPTION(double, max_failed_ratio, 0.05, {0.0, 1.0},
+         "share of unreadable keyframes above which the stage fails");
+  REGISTER_OPTIONS();
 };
 
 // All voxels in Morton order, whatever the order of the parts. Throws DataError when parts overlap,

@@ -13,14 +13,9 @@
 namespace nightmap {
 
 struct LabelsOptions {
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list) {
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             Range(0, 1),
-             "fails when a larger share of the frames to label failed");
-  }
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the frames to label failed");
+  REGISTER_OPTIONS();
 };
 
 struct LabelsResult {

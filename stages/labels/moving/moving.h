@@ -18,17 +18,28 @@
 namespace nightmap {
 
 struct MovingOptions {
-  std::string method = "surfaces";
+  OPTION(std::string, method, "surfaces", {"surfaces", "published"},
+         "surfaces: depth and flow over up to a second; published: the check of epipolar lines, "
+         "with the options margin_px and seed alone");
   CameraMotionOptions camera_motion;
+  OPTION_AT("max_error_px", camera_motion.max_error_px, {0.2, 10},
+            "inlier threshold on reprojection, in the reduced picture");
+  OPTION_AT("min_inliers", camera_motion.min_inliers, {4, 1000},
+            "smallest number of corners that agree with a motion");
+  OPTION_AT("min_share", camera_motion.min_share, {0, 1},
+            "a motion that less of the surface agrees with is not the camera's");
+  OPTION(std::vector<double>, offsets_s, std::vector<double>({0.2, 0.4, 0.8}), {0.01, 10},
+         "a frame is compared with the frames so long before and after it");
   EvidenceOptions evidence;
   SpreadOptions spread;
+  OPTION_AT("max_patch_difference", evidence.max_patch_difference, {0, 255},
+            "largest difference between a corner and where it is followed to, in gray levels");
+  OPTION_AT("prior", spread.prior, {0, 10}, "evidence that each pixel has for staying without any");
   EpipolarOptions published;
-  std::vector<double> offsets_s = {0.2, 0.4, 0.8};
-  int margin_px = 6;
-  int seed = 0;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTION(int, margin_px, 6, {0, 100}, "widens the masks");
+  OPTION(int, seed, 0, {0, 1e6}, "seed of RANSAC");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1}, "fails when a larger share of the frames failed");
+  REGISTER_OPTIONS();
 };
 
 struct MovingInput {

@@ -150,25 +150,6 @@ void NumberThings(std::vector<Thing>* things) {
 
 }  // namespace
 
-void ThingsOptions::Register(OptionList& list) {
-  list.Add("classes", &classes, "classes of the things to list; empty: all but leave_out");
-  list.Add("leave_out", &leave_out, "classes that are no things; a model may lack some");
-  list.Add("min_share",
-           &min_share,
-           Range(0, 1),
-           "a voxel counts when so large a share of its votes is for its class");
-  list.Add("tolerance_voxels",
-           &tolerance_voxels,
-           Range(1, 20),
-           "distance of centres at which voxels touch; 1.8: the 26 around");
-  list.Add("min_voxels", &min_voxels, Range(1, 1'000'000), "leaves out smaller things");
-  list.Add("max_hidden_m",
-           &max_hidden_m,
-           Range(0, 3),
-           "a side may move so far into space that nobody saw, up to a wall");
-  list.Add("max_range_m", &max_range_m, Range(0.1, 100), "a keyframe sees things so far");
-}
-
 std::vector<Thing> RunThings(const ThingsOptions& options,
                              const ThingsInputs& inputs,
                              Progress& progress,

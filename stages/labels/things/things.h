@@ -16,8 +16,9 @@
 namespace nightmap {
 
 struct ThingsOptions {
-  std::vector<std::string> classes;
-  std::vector<std::string> leave_out = {"none",
+  OPTION(std::vector<std::string>, classes, std::vector<std::string>(),
+         "classes of the things to list; empty: all but leave_out");
+  OPTION(std::vector<std::string>, leave_out, std::vector<std::string>({"none",
                                         "background",
                                         "wall",
                                         "floor",
@@ -33,14 +34,17 @@ struct ThingsOptions {
                                         "cow",
                                         "dog",
                                         "horse",
-                                        "sheep"};
-  double min_share = 0.5;
-  double tolerance_voxels = 1.8;
-  int min_voxels = 40;
-  double max_hidden_m = 0.6;
-  double max_range_m = 5;
-
-  void Register(OptionList& list);
+                                        "sheep"}),
+         "classes that are no things; a model may lack some");
+  OPTION(double, min_share, 0.5, {0, 1},
+         "a voxel counts when so large a share of its votes is for its class");
+  OPTION(double, tolerance_voxels, 1.8, {1, 20},
+         "distance of centres at which voxels touch; 1.8: the 26 around");
+  OPTION(int, min_voxels, 40, {1, 1'000'000}, "leaves out smaller things");
+  OPTION(double, max_hidden_m, 0.6, {0, 3},
+         "a side may move so far into space that nobody saw, up to a wall");
+  OPTION(double, max_range_m, 5, {0.1, 100}, "a keyframe sees things so far");
+  REGISTER_OPTIONS();
 };
 
 struct ThingsInputs {

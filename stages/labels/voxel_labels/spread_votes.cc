@@ -150,17 +150,6 @@ class Spreading {
 
 }  // namespace
 
-void SpreadOptions::Register(OptionList& list) {
-  list.Add("spread_weight",
-           &spread_weight,
-           Range(0.0, 1e6),
-           "how much neighbouring voxels that look alike hold together, in keyframes");
-  list.Add("spread_iterations",
-           &spread_iterations,
-           Range(0, 1000),
-           "steps over which votes spread, a voxel each; 0: each voxel has its own alone");
-}
-
 void SpreadVotes(const SpreadOptions& options, int num_threads, VoteTable* votes) {
   if (options.spread_iterations == 0 || options.spread_weight <= 0) return;
   Spreading(options, num_threads, votes).Run();

@@ -10,10 +10,11 @@
 namespace nightmap {
 
 struct SpreadOptions {
-  double spread_weight = 64;
-  int spread_iterations = 20;
-
-  void Register(OptionList& list);
+  OPTION(double, spread_weight, 64, {0.0, 1e6},
+         "how much neighbouring voxels that look alike hold together, in keyframes");
+  OPTION(int, spread_iterations, 20, {0, 1000},
+         "steps over which votes spread, a voxel each; 0: each voxel has its own alone");
+  REGISTER_OPTIONS();
 };
 
 // Votes of the keyframes for voxels: voxel i has the weights [i * num_classes, (i + 1) *

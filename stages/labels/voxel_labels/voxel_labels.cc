@@ -172,16 +172,6 @@ VoxelLabelsOptions::VoxelLabelsOptions() {
   depth_filter.max_incidence_rad = 1.5707963;
 }
 
-void VoxelLabelsOptions::Register(OptionList& list) {
-  list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
-  list.Add("max_range_m",
-           &max_range_m,
-           Range(0.1, 100.0),
-           "pixels beyond this range do not vote for a label");
-  depth_filter.Register(list);
-  spread.Register(list);
-}
-
 LabelLoader LoaderOf(const FrameLabels& labels, const std::vector<RgbdCamera>& cameras) {
   return [&](const Keyframe& keyframe) {
     return labels.Of(keyframe.frame,

@@ -22,17 +22,17 @@
 namespace nightmap {
 
 struct VoxelLabelsOptions {
+  OPTION(int, keyframe_stride, 1, {1, 1000}, "uses every Nth keyframe");
+  OPTION(double, max_range_m, 4.0, {0.1, 100.0},
+         "pixels beyond this range do not vote for a label");
+  OPTIONS_OF(DepthFilterOptions, depth_filter);
+  OPTIONS_OF(SpreadOptions, spread);
+
   // Every third pixel of every third row: no voxel of 5 cm within 4 m falls between the rays of a
   // usual camera. Pixels on edges and at a slant vote, too: one that flies free is in no occupied
   // voxel.
   VoxelLabelsOptions();
-
-  int keyframe_stride = 1;
-  double max_range_m = 4.0;
-  DepthFilterOptions depth_filter;
-  SpreadOptions spread;
-
-  void Register(OptionList& list);
+  REGISTER_OPTIONS();
 };
 
 struct VoxelLabelsResult {

@@ -28,8 +28,6 @@ std::map<int, Rigid3> Known(const CarryScansInput& input) {
 
 }  // namespace
 
-void CarryScansOptions::Register(OptionList&) {}
-
 std::vector<StampedPose> RunCarryScans(const CarryScansInput& input) {
   OdometryChain chain;
   for (const StampedPose& scan : input.scans) chain.graph_from_camera.push_back(scan.pose);

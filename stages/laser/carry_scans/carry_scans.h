@@ -11,7 +11,7 @@
 namespace nightmap {
 
 struct CarryScansOptions {
-  void Register(OptionList& list);
+  REGISTER_OPTIONS();
 };
 
 struct CarryScansInput {

@@ -14,6 +14,8 @@
 namespace nightmap {
 namespace {
 
+constexpr double kQueryDistance_m = 0.5;  // path between two queries
+
 struct PlacedSample {
   const SignalSample* scan = nullptr;
   StampedPose pose;
@@ -105,20 +107,6 @@ void Thin(int max_queries, HeldOutScans* result) {
 
 }  // namespace
 
-void HoldOutScansOptions::Register(OptionList& list) {
-  list.Add("sensor", &sensor, "id of the sensor; empty: the only one that scans");
-  list.Add("block_m", &block_m, Range(0.1, 1000), "path of a block, the piece that is held out");
-  list.Add("every", &every, Range(2, 1000), "each so manieth block is held out");
-  list.Add("query_distance_m", &query_distance_m, Range(0, 1000), "path between two queries");
-  list.Add("max_queries", &max_queries, Range(1, 1e6), "most queries; others are left out evenly");
-  list.Add("near_m", &near_m, Range(0.01, 1000), "a query has a scan that stays within this");
-  list.Add("rough_radius_m",
-           &rough_radius_m,
-           Range(0, 1000),
-           "gives each query a position that is off by up to this; 0: none");
-  list.Add("seed", &seed, Range(0, 1e9), "of these positions");
-}
-
 HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutScansInput& input) {
   const Signal& signal = ChooseScanner(input.scans, options.sensor, "hold_out_scans.sensor");
   std::vector<PlacedSample> held_out;
@@ -138,7 +126,7 @@ HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutSc
       continue;
     }
     if (sample.path_m < next_m) continue;
-    next_m = sample.path_m + options.query_distance_m;
+    next_m = sample.path_m + kQueryDistance_m;
     result.queries.push_back(MakeQuery(options, signal, sample, result.queries.size()));
     result.truth.push_back(sample.pose);
   }

@@ -13,16 +13,15 @@
 namespace nightmap {
 
 struct HoldOutScansOptions {
-  std::string sensor;
-  double block_m = 10;
-  int every = 3;
-  double query_distance_m = 0.5;
-  int max_queries = 250;
-  double near_m = 1;
-  double rough_radius_m = 0;
-  int seed = 1;
-
-  void Register(OptionList& list);
+  OPTION(std::string, sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(double, block_m, 10, {0.1, 1000}, "path of a block, the piece that is held out");
+  OPTION(int, every, 3, {2, 1000}, "each so manieth block is held out");
+  OPTION(int, max_queries, 250, {1, 1e6}, "most queries; others are left out evenly");
+  OPTION(double, near_m, 1, {0.01, 1000}, "a query has a scan that stays within this");
+  OPTION(double, rough_radius_m, 0, {0, 1000},
+         "gives each query a position that is off by up to this; 0: none");
+  OPTION(int, seed, 1, {0, 1e9}, "of these positions");
+  REGISTER_OPTIONS();
 };
 
 struct HoldOutScansInput {

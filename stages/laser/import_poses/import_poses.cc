@@ -38,19 +38,6 @@ bool IsTum(const std::filesystem::path& path) {
 
 }  // namespace
 
-void ImportPosesOptions::Register(OptionList& list) {
-  list.Add("scan_sensor", &scan_sensor, "id of the sensor; empty: the only one that scans");
-  list.Add("message", &message, "lines of a CARMEN log whose poses are taken");
-  list.Add("max_gap_s",
-           &max_gap_s,
-           Range(0, 10),
-           "a scan between two poses has one only if they are at most this far apart");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0, 1),
-           "fails when a larger share of the scans has no pose, or of the lines is damaged");
-}
-
 std::vector<StampedPose> ReadGivenPoses(const ImportPosesOptions& options,
                                         const std::filesystem::path& path) {
   return IsTum(path) ? ReadTum(path) : ReadLog(options, path);

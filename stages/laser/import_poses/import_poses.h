@@ -13,12 +13,13 @@
 namespace nightmap {
 
 struct ImportPosesOptions {
-  std::string scan_sensor;
-  std::string message = "FLASER";
-  double max_gap_s = 0.5;
-  double max_failed_ratio = 0.2;
-
-  void Register(OptionList& list);
+  OPTION(std::string, scan_sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(std::string, message, "FLASER", "lines of a CARMEN log whose poses are taken");
+  OPTION(double, max_gap_s, 0.5, {0, 10},
+         "a scan between two poses has one only if they are at most this far apart");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the scans has no pose, or of the lines is damaged");
+  REGISTER_OPTIONS();
 };
 
 struct ImportPosesInput {

@@ -85,19 +85,6 @@ void CheckPlaced(const Signal& signal,
 
 }  // namespace
 
-void LaserGridOptions::Register(OptionList& list) {
-  list.Add("sensor", &sensor, "id of the sensor; empty: the only one that scans");
-  list.Add("max_gap_s",
-           &max_gap_s,
-           Range(0, 10),
-           "uses a scan between two poses only if they are at most this far apart");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0, 1),
-           "fails when a larger share of the scans has no pose");
-  grid.Register(list);
-}
-
 LaserGridResult RunLaserGrid(const LaserGridOptions& options, const LaserGridInput& input) {
   const Signal& signal = ChooseScanner(input.scans, options.sensor, "laser_grid.sensor");
   LaserGridResult result;

@@ -13,12 +13,13 @@
 namespace nightmap {
 
 struct LaserGridOptions {
-  std::string sensor;
-  double max_gap_s = 0.5;
-  double max_failed_ratio = 0.2;
-  ScanGridOptions grid;
-
-  void Register(OptionList& list);
+  OPTION(std::string, sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(double, max_gap_s, 0.5, {0, 10},
+         "uses a scan between two poses only if they are at most this far apart");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the scans has no pose");
+  OPTIONS_OF(ScanGridOptions, grid);
+  REGISTER_OPTIONS();
 };
 
 struct LaserGridInput {

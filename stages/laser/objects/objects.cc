@@ -14,6 +14,10 @@
 namespace nightmap {
 namespace {
 
+// A place has so much wall across the direction in which a scan slides best.
+constexpr double kMinWall_m = 0.4;
+// So large a share of a place's occupied cells is beside free ones.
+constexpr double kMinSeenShare = 0.7;
 constexpr int kNumLevels = 8;  // of the pyramid: up to squares of 128 cells
 // Places nearer than this share of their size to a better one show the same walls.
 constexpr double kSamePlace = 0.25;
@@ -105,46 +109,14 @@ MapObject BoxOf(const OccupancyGrid& grid, const Place& place) {
 
 }  // namespace
 
-void ObjectsOptions::Register(OptionList& list) {
-  list.Add("size_m", &size_m, Range(0.2, 20), "diameter of a place");
-  list.Add("min_wall_m",
-           &min_wall_m,
-           Range(0.05, 10),
-           "a place has so much wall across the direction in which a scan slides best");
-  list.Add("min_straightness",
-           &min_straightness,
-           Range(0, 1),
-           "a place's walls run so much along one heading or across it; clutter runs anywhere");
-  list.Add("min_seen_share",
-           &min_seen_share,
-           Range(0, 1),
-           "so large a share of a place's occupied cells is beside free ones");
-  list.Add("sigma_m",
-           &sigma_m,
-           Range(0.01, 1),
-           "standard deviation of the distance at which a wall fits another");
-  list.Add("min_distinctiveness",
-           &min_distinctiveness,
-           Range(0, 1),
-           "1 less the best score of a place anywhere else");
-  list.Add("min_distance_m",
-           &min_distance_m,
-           Range(0, 1000),
-           "from the middle of a place to that of a better one");
-  list.Add("max_objects", &max_objects, Range(0, 10000), "proposes so many, the best");
-  list.Add("max_object_size_m", &max_object_size_m, Range(0.1, 100), "cuts longer sides");
-}
-
 ObjectsResult RunObjects(const ObjectsOptions& options,
                          const OccupancyGrid& grid,
                          Progress& progress,
                          int num_threads) {
   const double radius = options.size_m / 2 / grid.resolution_m;
-  std::vector<Place> places =
-      FindPlaces(grid, radius, options.min_wall_m / grid.resolution_m, num_threads);
+  std::vector<Place> places = FindPlaces(grid, radius, kMinWall_m / grid.resolution_m, num_threads);
   std::erase_if(places, [&](const Place& place) {
-    return place.straightness < options.min_straightness ||
-           place.seen_share < options.min_seen_share;
+    return place.straightness < options.min_straightness || place.seen_share < kMinSeenShare;
   });
   const std::size_t num_found = places.size();
   places = KeepApart(std::move(places), kSamePlace * 2 * radius, num_found);

@@ -16,17 +16,18 @@
 namespace nightmap {
 
 struct ObjectsOptions {
-  double size_m = 2.4;
-  double min_wall_m = 0.4;
-  double min_straightness = 0.2;
-  double min_seen_share = 0.7;
-  double sigma_m = 0.06;
-  double min_distinctiveness = 0.25;
-  double min_distance_m = 2;
-  int max_objects = 20;
-  double max_object_size_m = 4;
-
-  void Register(OptionList& list);
+  OPTION(double, size_m, 2.4, {0.2, 20}, "diameter of a place");
+  OPTION(double, min_straightness, 0.2, {0, 1},
+         "a place's walls run so much along one heading or across it; clutter runs anywhere");
+  OPTION(double, sigma_m, 0.06, {0.01, 1},
+         "standard deviation of the distance at which a wall fits another");
+  OPTION(double, min_distinctiveness, 0.25, {0, 1},
+         "1 less the best score of a place anywhere else");
+  OPTION(double, min_distance_m, 2, {0, 1000},
+         "from the middle of a place to that of a better one");
+  OPTION(int, max_objects, 20, {0, 10000}, "proposes so many, the best");
+  OPTION(double, max_object_size_m, 4, {0.1, 100}, "cuts longer sides");
+  REGISTER_OPTIONS();
 };
 
 struct ObjectsResult {

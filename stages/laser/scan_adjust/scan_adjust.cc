@@ -15,6 +15,7 @@
 namespace nightmap {
 namespace {
 
+constexpr double kSpacing_m = 0.05;  // distance of the points used on a wall
 constexpr double kFixed = 1e12;      // holds the first keyscan
 constexpr double kSmallStep = 2e-4;  // metres and radians that end the rounds
 
@@ -23,7 +24,7 @@ std::vector<std::vector<WallPoint>> WallsOf(const ScanAdjustOptions& options,
                                             const std::vector<StampedPose>& keyscans) {
   std::vector<std::vector<WallPoint>> walls;
   for (const auto& points : PointsOfKeyscans(scans, keyscans, options.max_range_m)) {
-    walls.push_back(FindWallPoints(points, options.spacing_m));
+    walls.push_back(FindWallPoints(points, kSpacing_m));
   }
   return walls;
 }

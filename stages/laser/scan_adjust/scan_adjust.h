@@ -15,18 +15,18 @@
 namespace nightmap {
 
 struct ScanAdjustOptions {
-  std::string scan_sensor;
-  double max_range_m = 30;
-  double spacing_m = 0.05;
-  double sigma_m = 0.03;
-  double first_gate_m = 0.3;
-  double last_gate_m = 0.1;
-  int num_rounds = 8;
-  double neighbour_distance_m = 3;
-  int num_near_in_time = 4;
-  int num_of_other_times = 6;
-
-  void Register(OptionList& list);
+  OPTION(std::string, scan_sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(double, max_range_m, 30, {1, 500}, "points farther away are not used");
+  OPTION(double, sigma_m, 0.03, {0.001, 1},
+         "distance of a point from a wall beyond which it counts less and less");
+  OPTION(double, first_gate_m, 0.3, {0.01, 5},
+         "in the first round a point matches the nearest one up to so far away");
+  OPTION(double, last_gate_m, 0.1, {0.01, 5}, "likewise in the later rounds");
+  OPTION(int, num_rounds, 8, {0, 100}, "rounds of matching and solving; 0: none");
+  OPTION(int, num_near_in_time, 4, {1, 20},
+         "each scan is compared with so many before it: the last one, the second, fourth, eighth");
+  OPTION(int, num_of_other_times, 6, {0, 100}, "and with so many of other times");
+  REGISTER_OPTIONS();
 };
 
 struct ScanAdjustInput {

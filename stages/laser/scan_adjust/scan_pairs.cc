@@ -8,6 +8,8 @@
 namespace nightmap {
 namespace {
 
+// Scans up to so far apart are compared; a turn of a radian counts as a metre.
+constexpr double kNeighbourDistance_m = 3;
 // A turn by a radian counts as much as so many metres.
 constexpr double kMetresPerRadian = 1;
 
@@ -38,7 +40,7 @@ class Chooser {
     std::size_t back = 1;
     for (int i = 0; i < options_.num_near_in_time && back <= scan; ++i, back *= 2) {
       const std::size_t target = scan - back;
-      if (Apart(poses_[scan], poses_[target]) > options_.neighbour_distance_m) return;
+      if (Apart(poses_[scan], poses_[target]) > kNeighbourDistance_m) return;
       pairs->push_back({scan, target});
       pairs->push_back({target, scan});
     }
@@ -48,14 +50,13 @@ class Chooser {
     std::vector<std::pair<double, std::size_t>> near;
     const double x_m = poses_[scan].translation.x();
     const auto first = std::ranges::lower_bound(
-        by_x_, std::pair<double, std::size_t>(x_m - options_.neighbour_distance_m, 0));
-    for (auto other = first;
-         other != by_x_.end() && other->first <= x_m + options_.neighbour_distance_m;
+        by_x_, std::pair<double, std::size_t>(x_m - kNeighbourDistance_m, 0));
+    for (auto other = first; other != by_x_.end() && other->first <= x_m + kNeighbourDistance_m;
          ++other) {
       const std::size_t target = other->second;
       if (std::abs(paths_m_[scan] - paths_m_[target]) < kOtherTime_m) continue;
       const double apart = Apart(poses_[scan], poses_[target]);
-      if (apart <= options_.neighbour_distance_m) near.emplace_back(apart, target);
+      if (apart <= kNeighbourDistance_m) near.emplace_back(apart, target);
     }
     const auto count = std::min(near.size(), static_cast<std::size_t>(options_.num_of_other_times));
     std::ranges::partial_sort(near, near.begin() + static_cast<std::ptrdiff_t>(count));

@@ -89,40 +89,6 @@ std::vector<Rigid2> PlacesThatSee(const ObjectScene& scene,
 
 }  // namespace
 
-void ObjectFilterOptions::Register(OptionList& list) {
-  list.Add("published_object_distance_m",
-           &object_distance_m,
-           Range(0, 1000),
-           "objects as near as this to the rough position are looked for in the submap");
-  list.Add("published_object_margin_m",
-           &object_margin_m,
-           Range(0, 5),
-           "walls so far outside of an object's rectangle belong to it");
-  list.Add("published_voxel_m", &voxel_m, Range(0.01, 1), "of the filter of the submap's cloud");
-  list.Add("published_start_step_m",
-           &start_step_m,
-           Range(0.05, 5),
-           "between the places that the matching of objects may start at");
-  list.Add("published_num_headings", &num_headings, Range(1, 720), "that it may start with");
-  list.Add("published_num_starts", &num_starts, Range(1, 1000), "per object: the nearest");
-  list.Add("published_max_pair_distance_m",
-           &max_pair_distance_m,
-           Range(0.01, 10),
-           "points farther apart are no pair");
-  list.Add("published_min_overlap",
-           &min_overlap,
-           Range(0, 1),
-           "share of the walls of an object in sight that beams end on where it is seen");
-  list.Add("published_filter_distance_m",
-           &filter_distance_m,
-           Range(0.01, 100),
-           "candidates farther from all poses by objects are dropped");
-  list.Add("published_filter_angle_deg",
-           &filter_angle_deg,
-           Range(0.1, 180),
-           "candidates turned more from all poses by objects are dropped");
-}
-
 std::vector<NearObject> ObjectsNear(const ObjectFilterOptions& options,
                                     const ObjectScene& scene,
                                     const std::vector<MapObject>& objects) {

@@ -8,15 +8,6 @@
 
 namespace nightmap {
 
-void PublishedOptions::Register(OptionList& list) {
-  search.Register(list);
-  filter.Register(list);
-  list.Add("published_refine_gate_m",
-           &refine_gate_m,
-           Range(0.01, 10),
-           "points as near as this to a wall take part in the refinement");
-}
-
 PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
                                           const CandidateOptions& candidate_options,
                                           const ScanMap& map,

@@ -15,11 +15,12 @@
 namespace nightmap {
 
 struct PublishedOptions {
-  TemplateOptions search;
-  ObjectFilterOptions filter;
+  OPTIONS_OF(TemplateOptions, search);
+  OPTIONS_OF(ObjectFilterOptions, filter);
   double refine_gate_m = 0.5;
-
-  void Register(OptionList& list);
+  OPTION_AT("published_refine_gate_m", refine_gate_m, {0.01, 10},
+            "points as near as this to a wall take part in the refinement");
+  REGISTER_OPTIONS();
 };
 
 struct PublishedPlaces {

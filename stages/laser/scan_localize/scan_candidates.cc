@@ -13,6 +13,9 @@
 namespace nightmap {
 namespace {
 
+constexpr int kMaxSearchPoints = 100;  // points of a scan that the map is searched for
+// Within a rough position, where candidates cost little, in the place of min_share_of_best.
+constexpr double kMinShareNearby = 0.6;
 constexpr double kSamePlace_rad = 0.2;
 constexpr double kMinSearchScore = 0.1;
 
@@ -35,9 +38,8 @@ std::vector<FoundPose> SearchPlaces(const CandidateOptions& options,
                                     const std::vector<Eigen::Vector2d>& points) {
   const double cell_m = map.SearchPyramid().Field().Resolution_m();
   const auto few =
-      SpreadPoints(ThinPoints(points, cell_m), static_cast<std::size_t>(options.max_search_points));
-  const double min_share =
-      query.rough_position ? options.min_share_nearby : options.min_share_of_best;
+      SpreadPoints(ThinPoints(points, cell_m), static_cast<std::size_t>(kMaxSearchPoints));
+  const double min_share = query.rough_position ? kMinShareNearby : options.min_share_of_best;
   std::vector<FoundPose> places;
   for (const FoundPose& pose :
        SearchPoses(map.SearchPyramid(), few, WindowOf(map, query), min_share)) {
@@ -51,25 +53,6 @@ std::vector<FoundPose> SearchPlaces(const CandidateOptions& options,
 }
 
 }  // namespace
-
-void CandidateOptions::Register(OptionList& list) {
-  list.Add("max_range_m", &max_range_m, Range(1, 500), "points farther away are not used");
-  list.Add("max_search_points",
-           &max_search_points,
-           Range(10, 10000),
-           "points of a scan that the map is searched for");
-  list.Add("max_points", &max_points, Range(10, 10000), "points that the final pose is found by");
-  list.Add("min_share_of_best",
-           &min_share_of_best,
-           Range(0.1, 1),
-           "places with a smaller share of the best score are no candidates");
-  list.Add("min_share_nearby",
-           &min_share_nearby,
-           Range(0.1, 1),
-           "the same within a rough position, where candidates cost little");
-  list.Add(
-      "max_candidates", &max_candidates, Range(2, 1000), "of a query; the best by search score");
-}
 
 bool IsSamePlace(const Rigid2& a, const Rigid2& b, double radius_m) {
   return (a.translation - b.translation).norm() <= radius_m &&

@@ -14,14 +14,12 @@
 namespace nightmap {
 
 struct CandidateOptions {
-  double max_range_m = 30;
-  int max_search_points = 100;
-  int max_points = 180;
-  double min_share_of_best = 0.75;
-  double min_share_nearby = 0.6;
-  int max_candidates = 60;
-
-  void Register(OptionList& list);
+  OPTION(double, max_range_m, 30, {1, 500}, "points farther away are not used");
+  OPTION(int, max_points, 180, {10, 10000}, "points that the final pose is found by");
+  OPTION(double, min_share_of_best, 0.75, {0.1, 1},
+         "places with a smaller share of the best score are no candidates");
+  OPTION(int, max_candidates, 60, {2, 1000}, "of a query; the best by search score");
+  REGISTER_OPTIONS();
 };
 
 struct ScanCandidate {

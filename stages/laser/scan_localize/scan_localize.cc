@@ -77,21 +77,6 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
 
 }  // namespace
 
-void ScanLocalizeOptions::Register(OptionList& list) {
-  list.Add("method",
-           &method,
-           {"branch_and_bound", "published"},
-           "how places are found: all of them, or as in the publication CN110307838A");
-  list.Add("max_object_size_m",
-           &max_object_size_m,
-           Range(0.1, 100),
-           "longer sides of objects are cut to this, with a notice");
-  map.Register(list);
-  candidates.Register(list);
-  published.Register(list);
-  verdict.Register(list);
-}
-
 std::vector<LocatedScan> RunScanLocalize(const ScanLocalizeOptions& options,
                                          const ScanLocalizeInput& input,
                                          Progress& progress,

@@ -19,14 +19,15 @@
 namespace nightmap {
 
 struct ScanLocalizeOptions {
-  std::string method = "branch_and_bound";
-  double max_object_size_m = 4;
-  ScanMapOptions map;
-  CandidateOptions candidates;
-  PublishedOptions published;
-  VerdictOptions verdict;
-
-  void Register(OptionList& list);
+  OPTION(std::string, method, "branch_and_bound", {"branch_and_bound", "published"},
+         "how places are found: all of them, or as in the publication CN110307838A");
+  OPTION(double, max_object_size_m, 4, {0.1, 100},
+         "longer sides of objects are cut to this, with a notice");
+  OPTIONS_OF(ScanMapOptions, map);
+  OPTIONS_OF(CandidateOptions, candidates);
+  OPTIONS_OF(PublishedOptions, published);
+  OPTIONS_OF(VerdictOptions, verdict);
+  REGISTER_OPTIONS();
 };
 
 struct ScanLocalizeInput {

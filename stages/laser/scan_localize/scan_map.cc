@@ -10,8 +10,10 @@
 namespace nightmap {
 namespace {
 
-constexpr int kNumLevels = 7;          // squares of up to 64 cells
-constexpr double kPlaceSigma_m = 0.1;  // a robot stands within three of these of a free cell
+constexpr double kSearchResolution_m = 0.1;  // cells of the field that the whole map is searched in
+constexpr double kSearchSigma_m = 0.1;       // width of the walls in it
+constexpr int kNumLevels = 7;                // squares of up to 64 cells
+constexpr double kPlaceSigma_m = 0.1;        // a robot stands within three of these of a free cell
 
 Eigen::Vector2d MiddleInMap(const OccupancyGrid& grid) {
   return grid.FromCells(Eigen::Vector2d(grid.width, grid.height) / 2);
@@ -40,21 +42,12 @@ std::vector<std::int32_t> DistancesOf(const OccupancyGrid& grid, int num_threads
 
 }  // namespace
 
-void ScanMapOptions::Register(OptionList& list) {
-  list.Add("search_resolution_m",
-           &search_resolution_m,
-           Range(0.01, 1),
-           "cells of the field that the whole map is searched in");
-  list.Add("search_sigma_m", &search_sigma_m, Range(0.01, 1), "width of its walls");
-  list.Add("sigma_m", &sigma_m, Range(0.01, 1), "width of the walls for the final pose");
-}
-
 ScanMap::ScanMap(const ScanMapOptions& options, OccupancyGrid grid, int num_threads)
     : grid_(std::move(grid)),
       field_origin_in_map_(MiddleInMap(grid_)),
       half_extent_m_(HalfExtent(grid_)),
-      search_field_(MakeField(kOccupiedCell, options.search_resolution_m, options.search_sigma_m)),
-      place_field_(MakeField(kFreeCell, options.search_resolution_m, kPlaceSigma_m)),
+      search_field_(MakeField(kOccupiedCell, kSearchResolution_m, kSearchSigma_m)),
+      place_field_(MakeField(kFreeCell, kSearchResolution_m, kPlaceSigma_m)),
       fine_field_(MakeField(kOccupiedCell, grid_.resolution_m, options.sigma_m)),
       search_pyramid_(search_field_, kNumLevels),
       places_(place_field_, kNumLevels),

@@ -13,11 +13,8 @@
 namespace nightmap {
 
 struct ScanMapOptions {
-  double search_resolution_m = 0.1;
-  double search_sigma_m = 0.1;
-  double sigma_m = 0.05;
-
-  void Register(OptionList& list);
+  OPTION(double, sigma_m, 0.05, {0.01, 1}, "width of the walls for the final pose");
+  REGISTER_OPTIONS();
 };
 
 // Fields have a frame of their own: that of the map, moved to the middle of the grid.

@@ -154,35 +154,6 @@ TemplateMatch Follow(const LevelMatcher& matcher, const TemplateMatch& above, do
 
 }  // namespace
 
-void TemplateOptions::Register(OptionList& list) {
-  list.Add("published_similarity",
-           &similarity,
-           {"ccoeff_normed", "sqdiff"},
-           "of the picture of the submap and that of the map");
-  list.Add("published_num_angles", &num_angles, Range(4, 3600), "headings of the submap");
-  list.Add("published_resolution_m",
-           &resolution_m,
-           Range(0.01, 1),
-           "pixels of the finest level of the pyramid");
-  list.Add("published_num_levels", &num_levels, Range(1, 6), "of the pyramid");
-  list.Add("published_max_range_m",
-           &max_range_m,
-           Range(1, 100),
-           "the picture of the submap ends at this distance from the laser");
-  list.Add("published_min_share_of_best",
-           &min_share_of_best,
-           Range(0, 1),
-           "places with a smaller share of the best similarity are no candidates");
-  list.Add("published_max_candidates",
-           &max_candidates,
-           Range(1, 1000),
-           "places that the pyramid follows; the most similar");
-  list.Add("published_suppression_radius_m",
-           &suppression_radius_m,
-           Range(0, 10),
-           "of places so near to each other, at about one heading, the most similar stays");
-}
-
 std::vector<TemplateMatch> SearchTemplate(const TemplateOptions& options,
                                           const ScanMap& map,
                                           const ScanQuery& query) {

@@ -9,6 +9,9 @@
 namespace nightmap {
 namespace {
 
+constexpr double kMinFit = 0.4;  // a place explains a scan from this fit on
+// In the place of max_unique_ratio within a rough position, with the objects.
+constexpr double kMaxUniqueRatioNearby = 0.88;
 // So many walls of objects, of which so many are confirmed, are no chance.
 constexpr int kMinObjectWalls = 20;
 constexpr double kMinConfirmed = 0.7;
@@ -63,7 +66,7 @@ bool IsInMap(const VerdictOptions& options,
   if (agreement >= options.min_agreement) return true;
   if (query.rough_position) {
     return AreConfirmed(best.objects) ||
-           RivalRatio(candidates, &ScanCandidate::fit) <= options.max_unique_ratio_nearby;
+           RivalRatio(candidates, &ScanCandidate::fit) <= kMaxUniqueRatioNearby;
   }
   return agreement >= kMinChangedAgreement &&
          RivalRatio(candidates, &ScanCandidate::walls_fit) <= options.max_unique_ratio;
@@ -75,35 +78,6 @@ double PositionSigma_m(const ScanCandidate& candidate) {
 
 }  // namespace
 
-void VerdictOptions::Register(OptionList& list) {
-  list.Add("min_points", &min_points, Range(3, 10000), "fewer points show nothing recognizable");
-  list.Add("min_fit", &min_fit, Range(0, 1), "a place explains a scan from this fit on");
-  list.Add("min_agreement",
-           &min_agreement,
-           Range(-1, 1),
-           "surely in the map: fine score less the share of the beams that pass walls");
-  list.Add("max_unique_ratio",
-           &max_unique_ratio,
-           Range(0, 1),
-           "in the map, if changed: no other place fits better than this times the best");
-  list.Add("max_unique_ratio_nearby",
-           &max_unique_ratio_nearby,
-           Range(0, 1),
-           "the same within a rough position, with the objects");
-  list.Add("max_rival_ratio",
-           &max_rival_ratio,
-           Range(0, 1),
-           "ambiguous: another place fits better than this times the best");
-  list.Add("min_lead_share",
-           &min_lead_share,
-           Range(0, 1),
-           "ambiguous: a place that is not unique explains less than this of the points more");
-  list.Add("max_position_sigma_m",
-           &max_position_sigma_m,
-           Range(0.001, 100),
-           "ambiguous: the place leaves the position more uncertain than this");
-}
-
 ScanVerdict Judge(const VerdictOptions& options,
                   const ScanQuery& query,
                   std::size_t num_points,
@@ -112,7 +86,7 @@ ScanVerdict Judge(const VerdictOptions& options,
   if (num_points < static_cast<std::size_t>(options.min_points)) {
     return {QueryVerdict::kNoFeatures, "too_few_points"};
   }
-  if (candidates.empty() || candidates.front().fit < options.min_fit) {
+  if (candidates.empty() || candidates.front().fit < kMinFit) {
     return {QueryVerdict::kNotInMap, "poor_fit"};
   }
   const bool is_refused = are_objects_weighed && SpeakAgainst(candidates.front().objects);

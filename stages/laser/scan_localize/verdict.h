@@ -11,16 +11,18 @@
 namespace nightmap {
 
 struct VerdictOptions {
-  int min_points = 20;
-  double min_fit = 0.4;
-  double min_agreement = 0.55;
-  double max_unique_ratio = 0.88;
-  double max_unique_ratio_nearby = 0.88;
-  double max_rival_ratio = 0.95;
-  double min_lead_share = 0.05;
-  double max_position_sigma_m = 0.5;
-
-  void Register(OptionList& list);
+  OPTION(int, min_points, 20, {3, 10000}, "fewer points show nothing recognizable");
+  OPTION(double, min_agreement, 0.55, {-1, 1},
+         "surely in the map: fine score less the share of the beams that pass walls");
+  OPTION(double, max_unique_ratio, 0.88, {0, 1},
+         "in the map, if changed: no other place fits better than this times the best");
+  OPTION(double, max_rival_ratio, 0.95, {0, 1},
+         "ambiguous: another place fits better than this times the best");
+  OPTION(double, min_lead_share, 0.05, {0, 1},
+         "ambiguous: a place that is not unique explains less than this of the points more");
+  OPTION(double, max_position_sigma_m, 0.5, {0.001, 100},
+         "ambiguous: the place leaves the position more uncertain than this");
+  REGISTER_OPTIONS();
 };
 
 // A verdict and, unless located, its reason: too_few_points (no_features), poor_fit, not_alike (not

@@ -19,8 +19,9 @@
 namespace nightmap {
 namespace {
 
-constexpr int kNumLevels = 7;        // squares of up to 64 cells
-constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
+constexpr int kMaxQueryPoints = 300;  // of the scans about a place, spread evenly
+constexpr int kNumLevels = 7;         // squares of up to 64 cells
+constexpr double kMaxExtent_m = 60;   // of a submap, on each side of its middle
 constexpr double kWindowSigmas = 3;
 // Room that a window has beside the drift.
 constexpr double kMargin_m = 0.3;
@@ -105,7 +106,7 @@ class LoopFinder {
   StretchPoints QueryPoints(const ScanStretch& stretch) const {
     const StretchPoints all = PointsOf(keyscans_, stretch);
     const auto kept = SpreadIndices(ThinnedIndices(all.points, 2 * options_.resolution_m),
-                                    static_cast<std::size_t>(options_.max_query_points));
+                                    static_cast<std::size_t>(kMaxQueryPoints));
     return {PointsAt(all.points, kept), PointsAt(all.normals, kept)};
   }
 

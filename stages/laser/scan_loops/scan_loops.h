@@ -15,23 +15,24 @@
 namespace nightmap {
 
 struct ScanLoopsOptions {
-  std::string scan_sensor;
-  double resolution_m = 0.05;
-  double sigma_m = 0.06;
-  double max_range_m = 30;
-  double submap_length_m = 6;
-  double query_spacing_m = 1;
-  double query_length_m = 2;
-  int max_query_points = 300;
-  double min_path_m = 10;
-  double max_distance_m = 8;
-  int max_candidates = 4;
-  double max_shift_m = 10;
-  double max_turn_rad = 0.8;
-  double min_score = 0.55;
-  double max_second_ratio = 0.9;
-
-  void Register(OptionList& list);
+  OPTION(std::string, scan_sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(double, resolution_m, 0.05, {0.01, 1}, "cells of the likelihood field");
+  OPTION(double, sigma_m, 0.06, {0.01, 1}, "standard deviation between two measurements of a wall");
+  OPTION(double, max_range_m, 30, {1, 500}, "points farther away are not used");
+  OPTION(double, submap_length_m, 6, {0.5, 100}, "path that a submap is made of");
+  OPTION(double, query_length_m, 2, {0, 100},
+         "path about such a place whose scans are looked for together");
+  OPTION(double, min_path_m, 10, {0, 1000},
+         "a submap is older by so much path; scan_match looks back over less");
+  OPTION(double, max_distance_m, 8, {0.1, 500},
+         "between a place and a submap, beyond what the drift allows");
+  OPTION(int, max_candidates, 4, {1, 1000}, "submaps tried for each place");
+  OPTION(double, max_shift_m, 10, {0.1, 100}, "largest window, whatever the drift");
+  OPTION(double, max_turn_rad, 0.8, {0.01, 3.15}, "likewise for the heading");
+  OPTION(double, min_score, 0.55, {0, 1}, "mean of the likelihood field at the points of a loop");
+  OPTION(double, max_second_ratio, 0.9, {0, 1},
+         "no loop when another place of the window scores more than this share of the best");
+  REGISTER_OPTIONS();
 };
 
 struct ScanLoopsInput {

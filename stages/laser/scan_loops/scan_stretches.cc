@@ -7,6 +7,8 @@
 namespace nightmap {
 namespace {
 
+constexpr double kQuerySpacing_m = 1;  // path from one place that is looked for to the next
+
 // The keyscans within half a length of path from the one at `middle`.
 ScanStretch Around(const std::vector<Keyscan>& keyscans, std::size_t middle, double length_m) {
   const auto at = [&](double path_m) {
@@ -48,7 +50,7 @@ std::vector<ScanStretch> CutSubmaps(const ScanLoopsOptions& options,
 
 std::vector<ScanStretch> CutQueries(const ScanLoopsOptions& options,
                                     const std::vector<Keyscan>& keyscans) {
-  return Cut(keyscans, options.query_spacing_m, options.query_length_m);
+  return Cut(keyscans, kQuerySpacing_m, options.query_length_m);
 }
 
 StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& stretch) {

@@ -19,6 +19,7 @@
 namespace nightmap {
 namespace {
 
+constexpr int kSubmapKeyscans = 80;  // keyscans of a submap
 // After a pause: sigmas of a robot that stood still, and the score that says so.
 constexpr double kStill_m = 0.1;
 constexpr double kStill_rad = 0.07;
@@ -44,7 +45,7 @@ class Matcher {
       : options_(options),
         signal_(scans),
         motion_(options, wheels),
-        submaps_(options.field, options.submap_keyscans) {}
+        submaps_(options.field, kSubmapKeyscans) {}
 
   MatchedScan Next(const SignalSample& scan) {
     ScanShape shape = ShapeOf(options_, PointsOf(scan));

@@ -17,22 +17,30 @@
 namespace nightmap {
 
 struct ScanMatchOptions {
-  std::string scan_sensor;
-  std::string odometry_sensor;
+  OPTION(std::string, scan_sensor, "", "id of the sensor; empty: the only one that scans");
+  OPTION(std::string, odometry_sensor, "",
+         "id of the wheels' odometry; empty: the only one of the site; none: without");
   LikelihoodFieldOptions field;
-  double max_range_m = 30;
-  double keyscan_distance_m = 0.15;
-  double keyscan_angle_rad = 0.1;
-  int submap_keyscans = 80;
-  int min_points = 20;
-  double min_score = 0.3;
-  WheelNoise wheels;
-  double walking_sigma_m_per_s = 0.5;
-  double walking_sigma_rad_per_s = 0.5;
-  double max_failed_ratio = 0.2;
+  OPTION_AT("resolution_m", field.resolution_m, {0.01, 1}, "cells of the likelihood field");
+  OPTION_AT("half_extent_m", field.half_extent_m, {1, 500},
+            "of the field around the first scan of a submap");
+  OPTION_AT("sigma_m", field.sigma_m, {0.01, 1},
+            "standard deviation between two measurements of a wall");
+  OPTION(double, max_range_m, 30, {1, 500}, "points farther away are not used");
+  OPTION(double, keyscan_distance_m, 0.15, {0, 100}, "a scan enters the submap after such a way");
+  OPTION(double, keyscan_angle_rad, 0.1, {0, 7}, "... or after such a turn");
+  OPTION(int, min_points, 20, {3, 100000}, "a scan with fewer points is not matched");
+  OPTION(double, min_score, 0.3, {0, 1},
+         "a scan that fits worse keeps its prediction; 1: each point on an earlier one");
+  OPTIONS_OF(WheelNoise, wheels);
+  OPTION(double, walking_sigma_m_per_s, 0.5, {0.001, 100},
+         "deviation from the last motion, without odometry");
+  OPTION(double, walking_sigma_rad_per_s, 0.5, {0.001, 100}, "likewise");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the scans does not fit");
 
   ScanMatchOptions();
-  void Register(OptionList& list);
+  REGISTER_OPTIONS();
 };
 
 struct ScanMatchInput {

@@ -14,19 +14,11 @@
 namespace nightmap {
 
 struct ScanQueriesOptions {
-  double max_failed_ratio = 0.2;
-  double max_turn_m = 1;
-
-  void Register(OptionList& list) {
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             {0, 1},
-             "fails when a larger share of the lines of a log is no scan");
-    list.Add("max_turn_m",
-             &max_turn_m,
-             {0, 100},
-             "fails when a robot that turned on the spot went farther from its first scan");
-  }
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the lines of a log is no scan");
+  OPTION(double, max_turn_m, 1, {0, 100},
+         "fails when a robot that turned on the spot went farther from its first scan");
+  REGISTER_OPTIONS();
 };
 
 // The scans of one [[query]], in the order of its log.

@@ -17,16 +17,35 @@
 namespace nightmap {
 
 struct DriveOptions {
+  OPTION(double, robot_radius_m, 0, {0.0, 5.0},
+         "radius of a round robot; 0: the radius for which the path was planned");
+  OPTION(std::string, start_heading_deg, "",
+         "heading of the robot at the start, counter-clockwise from x; \"\": along the path");
+  OPTION(std::string, goal_heading_deg, "",
+         "heading on arrival; \"\": that of the path's last point");
   ControllerOptions controller;
-  double robot_radius_m = 0;      // 0: the radius that the path was planned for
-  std::string start_heading_deg;  // empty: the direction in which the path starts
-  std::string goal_heading_deg;   // empty: the path's goal heading
-  double position_tolerance_m = 0.05;
-  double heading_tolerance_deg = 5;
-  double max_duration_s = 3600;  // simulated time
-  NoiseOptions noise;            // none by default
-
-  void Register(OptionList& list);
+  OPTION_AT("max_v_m_s", controller.limits.max_v_m_s, {0.01, 10.0}, "largest speed, forwards");
+  OPTION_AT("max_omega_rad_s", controller.limits.max_omega_rad_s, {0.01, 20.0},
+            "largest angular velocity, in either direction");
+  OPTION_AT("max_acceleration_m_s2", controller.limits.max_acceleration_m_s2, {0.01, 20.0},
+            "largest acceleration and deceleration");
+  OPTION_AT("max_angular_acceleration_rad_s2", controller.limits.max_angular_acceleration_rad_s2, {0.01, 100.0},
+            "largest angular acceleration and deceleration");
+  OPTION_AT("period_s", controller.limits.period_s, {0.002, 0.5},
+            "control period: a command holds this long");
+  OPTION_AT("min_lookahead_m", controller.min_lookahead_m, {0.05, 10.0},
+            "smallest distance along the path of the pursued point");
+  OPTION_AT("max_lookahead_m", controller.max_lookahead_m, {0.05, 10.0},
+            "largest distance along the path of the pursued point");
+  OPTION_AT("margin_m", controller.margin_m, {0.0, 1.0},
+            "room to keep between robot and obstacle where the path allows it");
+  OPTION(double, position_tolerance_m, 0.05, {0.001, 10.0},
+         "largest distance from the goal at which the robot may stop");
+  OPTION(double, heading_tolerance_deg, 5, {0.1, 180.0},
+         "largest difference from the goal's heading at which the robot may stop");
+  OPTION(double, max_duration_s, 3600, {0.1, 1e5}, "longest simulated drive");
+  OPTIONS_OF(NoiseOptions, noise);
+  REGISTER_OPTIONS();
 };
 
 struct DriveInputs {

@@ -5,27 +5,6 @@
 
 namespace nightmap {
 
-void NoiseOptions::Register(OptionList& list) {
-  list.Add("wheel_noise",
-           &wheel_noise,
-           Range(0.0, 0.5),
-           "standard deviation of a wheel's travel per control period, relative to that travel; "
-           "the wheels are as far apart as the robot is wide");
-  list.Add("position_noise_m",
-           &position_noise_m,
-           Range(0.0, 1.0),
-           "standard deviation of the position that the controller is told, in x and in y");
-  list.Add("heading_noise_rad",
-           &heading_noise_rad,
-           Range(0.0, 1.0),
-           "standard deviation of the heading that the controller is told");
-  list.Add("localization_time_s",
-           &localization_time_s,
-           Range(0.0, 100.0),
-           "time constant with which the error of a told pose decays; 0: independent errors");
-  list.Add("seed", &seed, Range(0, 2e9), "seed of all noise");
-}
-
 Noise::Noise(const NoiseOptions& options, double wheel_distance_m, double period_s)
     : options_(options),
       wheel_distance_m_(wheel_distance_m),

@@ -12,16 +12,22 @@ namespace nightmap {
 
 // Standard deviations of normal noise; 0 turns it off.
 struct NoiseOptions {
-  double wheel_noise = 0;        // of a wheel's travel per control period, relative to that travel
-  double position_noise_m = 0;   // of the position that the controller is told, in x and in y
-  double heading_noise_rad = 0;  // of the heading that the controller is told
-  double localization_time_s = 1;  // decay time of the error of a told pose
-  int seed = 0;
+  OPTION(double, wheel_noise, 0, {0.0, 0.5},
+         "standard deviation of a wheel's travel per control period, relative to that travel; the "
+         "wheels are as far apart as the robot is wide");
+  OPTION(double, position_noise_m, 0, {0.0, 1.0},
+         "standard deviation of the position that the controller is told, in x and in y");
+  OPTION(double, heading_noise_rad, 0, {0.0, 1.0},
+         "standard deviation of the heading that the controller is told");
+  OPTION(double, localization_time_s, 1, {0.0, 100.0},
+         "time constant with which the error of a told pose decays; 0: independent errors");
+  OPTION(int, seed, 0, {0, 2e9}, "seed of all noise");
+
+  REGISTER_OPTIONS();
 
   bool IsNone() const {
     return wheel_noise == 0 && position_noise_m == 0 && heading_noise_rad == 0;
   }
-  void Register(OptionList& list);
 };
 
 // The error of a told pose is a first-order Gauss-Markov process, because a filter's error persists

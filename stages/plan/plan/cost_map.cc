@@ -74,38 +74,6 @@ void ApplyStates(const std::uint8_t* states,
 
 }  // namespace
 
-void CostOptions::Register(OptionList& list) {
-  list.Add("unknown",
-           &unknown,
-           {"forbidden", "allowed", "costed"},
-           "how unseen space counts: as an obstacle, as free, or as free at unknown_weight");
-  list.Add("unknown_weight",
-           &unknown_weight,
-           Range(0.0, 10.0),
-           "extra cost per metre in unknown space when it is costed");
-  list.Add("max_hole_m",
-           &max_hole_m,
-           Range(0.0, 1.0),
-           "unseen holes up to this wide, with seen floor all around, count as free; 0: none");
-  list.Add("clearance_m",
-           &clearance_m,
-           Range(0.0, 10.0),
-           "obstacles farther away than this add no cost");
-  list.Add("clearance_weight",
-           &clearance_weight,
-           Range(0.0, 30.0),
-           "extra cost per metre at the robot's radius from an obstacle; 0: shortest path");
-  list.Add("margin_m",
-           &margin_m,
-           Range(0.0, 1.0),
-           "room beside the robot without which a path is taken only where no other way is much "
-           "shorter; narrow places are reported");
-  list.Add("margin_weight",
-           &margin_weight,
-           Range(0.0, 20.0),
-           "extra cost per metre with less room than margin_m: length of a detour to avoid it");
-}
-
 CostMap MakeCostMap(const OccupancyGrid& grid,
                     const CostOptions& options,
                     double robot_radius_m,

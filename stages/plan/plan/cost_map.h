@@ -18,15 +18,21 @@
 namespace nightmap {
 
 struct CostOptions {
-  std::string unknown = "forbidden";  // or allowed; costed: allowed at a higher cost
-  double unknown_weight = 5;          // costed: extra cost per metre in unknown space
-  double max_hole_m = 0.1;            // see FindUnknownHoles
-  double clearance_m = 0.75;          // obstacles farther away add no cost
-  double clearance_weight = 2;        // extra cost per metre at the robot's radius from an obstacle
-  double margin_m = 0.05;             // room beside the robot that it needs on a drive
-  double margin_weight = 20;          // extra cost per metre with less room
-
-  void Register(OptionList& list);
+  OPTION(std::string, unknown, "forbidden", {"forbidden", "allowed", "costed"},
+         "how unseen space counts: as an obstacle, as free, or as free at unknown_weight");
+  OPTION(double, unknown_weight, 5, {0.0, 10.0},
+         "extra cost per metre in unknown space when it is costed");
+  OPTION(double, max_hole_m, 0.1, {0.0, 1.0},
+         "unseen holes up to this wide, with seen floor all around, count as free; 0: none");
+  OPTION(double, clearance_m, 0.75, {0.0, 10.0}, "obstacles farther away than this add no cost");
+  OPTION(double, clearance_weight, 2, {0.0, 30.0},
+         "extra cost per metre at the robot's radius from an obstacle; 0: shortest path");
+  OPTION(double, margin_m, 0.05, {0.0, 1.0},
+         "room beside the robot without which a path is taken only where no other way is much "
+         "shorter; narrow places are reported");
+  OPTION(double, margin_weight, 20, {0.0, 20.0},
+         "extra cost per metre with less room than margin_m: length of a detour to avoid it");
+  REGISTER_OPTIONS();
 };
 
 // Cells are those of the grid inside a rim of cells that are not free, so that a search need not

@@ -119,36 +119,6 @@ std::vector<EndChoices> Requests(const PlanOptions& options, const PlanInputs& i
 
 }  // namespace
 
-void PlanOptions::Register(OptionList& list) {
-  list.Add("start",
-           &start,
-           "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", \"scan:NAME\", "
-           "\"object:NAME\" of an object or a thing of the map, or \"\": first located query");
-  list.Add("goal",
-           &goal,
-           "likewise, or \"object:CLASS\": the thing of a class with the shortest way; several "
-           "goals, separated by \";\", are visited in order; \"\": last located query");
-  list.Add("floor",
-           &floor,
-           Range(-1000, 1000),
-           "floor of ends without a z: 0 is the one at z = 0, 1 the next above, -1 the next below");
-  list.Add("planner",
-           &planner,
-           {"any_angle", "astar"},
-           "straight lines in any direction (Lazy Theta*), or steps from cell to cell (A*)");
-  footprint.Register(list);
-  cost.Register(list);
-  list.Add("snap_radius_m",
-           &snap_radius_m,
-           Range(0.0, 10.0),
-           "how far an end may be moved to a place where the robot can stand, from an object or "
-           "a thing as measured from its rectangle; 0: not at all");
-  list.Add("shorten",
-           &shorten,
-           "pulls the path tight: moves it to the cheapest places nearby and straightens it where "
-           "possible");
-}
-
 std::vector<EndChoices> RequestsOnFloor(const PlanOptions& options, const PlanInputs& inputs) {
   return KeepOnFloor(Requests(options, inputs), inputs.floors, inputs.floor_idx);
 }

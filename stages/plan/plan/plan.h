@@ -24,20 +24,25 @@
 namespace nightmap {
 
 struct PlanOptions {
-  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", "scan:NAME", "object:NAME" of an object or a thing,
-  // or empty: the first located query
-  std::string start;
-  // Likewise, or "object:CLASS" of the nearest thing; several separated by ";"; empty: the last
-  // located query
-  std::string goal;
-  int floor = 0;  // for ends without a z
-  std::string planner = "any_angle";
-  FootprintOptions footprint;
-  CostOptions cost;
-  double snap_radius_m = 1;
-  bool shorten = true;
-
-  void Register(OptionList& list);
+  OPTION(std::string, start, "",
+         "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", \"scan:NAME\", "
+         "\"object:NAME\" of an object or a thing of the map, or \"\": first located query");
+  OPTION(std::string, goal, "",
+         "likewise, or \"object:CLASS\": the thing of a class with the shortest way; several "
+         "goals, separated by \";\", are visited in order; \"\": last located query");
+  OPTION(int, floor, 0, {-1000, 1000},
+         "floor of ends without a z: 0 is the one at z = 0, 1 the next above, -1 the next below");
+  OPTION(std::string, planner, "any_angle", {"any_angle", "astar"},
+         "straight lines in any direction (Lazy Theta*), or steps from cell to cell (A*)");
+  OPTIONS_OF(FootprintOptions, footprint);
+  OPTIONS_OF(CostOptions, cost);
+  OPTION(double, snap_radius_m, 1, {0.0, 10.0},
+         "how far an end may be moved to a place where the robot can stand, from an object or a "
+         "thing as measured from its rectangle; 0: not at all");
+  OPTION(bool, shorten, true,
+         "pulls the path tight: moves it to the cheapest places nearby and straightens it where "
+         "possible");
+  REGISTER_OPTIONS();
 };
 
 struct PlanInputs {

@@ -15,25 +15,14 @@
 namespace nightmap {
 
 struct FramesOptions {
-  int shard_size = 200;
-  int stride = 1;
-  int max_frames = 0;
-  double max_failed_ratio = 0.2;
-  double max_picture_mpx = 128;
-
-  void Register(OptionList& list) {
-    list.Add("shard_size", &shard_size, {1, 1e6}, "frames per shard, the unit of parallel work");
-    list.Add("stride", &stride, {1, 1e6}, "uses every Nth frame of a recording");
-    list.Add("max_frames", &max_frames, {0, 1e9}, "uses at most this many frames; 0: all");
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             {0, 1},
-             "fails when a larger share of the frames is unusable");
-    list.Add("max_picture_mpx",
-             &max_picture_mpx,
-             {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
-  }
+  OPTION(int, shard_size, 200, {1, 1e6}, "frames per shard, the unit of parallel work");
+  OPTION(int, stride, 1, {1, 1e6}, "uses every Nth frame of a recording");
+  OPTION(int, max_frames, 0, {0, 1e9}, "uses at most this many frames; 0: all");
+  OPTION(double, max_failed_ratio, 0.2, {0, 1},
+         "fails when a larger share of the frames is unusable");
+  OPTION(double, max_picture_mpx, 128, {0.01, 1000},
+         "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
+  REGISTER_OPTIONS();
 };
 
 // Removes the frames that stride and max_frames leave out. Returns how many frames max_frames alone

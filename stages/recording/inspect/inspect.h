@@ -16,19 +16,9 @@
 namespace nightmap {
 
 struct InspectOptions {
-  int num_sampled_frames = 20;
-  double max_failed_ratio = 1;
-
-  void Register(OptionList& list) {
-    list.Add("num_sampled_frames",
-             &num_sampled_frames,
-             {1, 1e6},
-             "frames per recording whose pictures are examined");
-    list.Add("max_failed_ratio",
-             &max_failed_ratio,
-             {0, 1},
-             "fails when a larger share of the lines is unusable");
-  }
+  OPTION(int, num_sampled_frames, 20, {1, 1e6}, "frames per recording whose pictures are examined");
+  OPTION(double, max_failed_ratio, 1, {0, 1}, "fails when a larger share of the lines is unusable");
+  REGISTER_OPTIONS();
 };
 
 // The times of one channel and a summary of its values.

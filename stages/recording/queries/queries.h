@@ -14,34 +14,16 @@
 namespace nightmap {
 
 struct QueriesOptions {
-  double max_picture_mpx = 128;
-  double exif_focal_sigma_ratio = 0.05;
-  double fov_focal_sigma_ratio = 0.15;
-  double unknown_fov_deg = 62;
-  double unknown_focal_sigma_ratio = 0.35;
-
-  void Register(OptionList& list) {
-    list.Add("max_picture_mpx",
-             &max_picture_mpx,
-             {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
-    list.Add("exif_focal_sigma_ratio",
-             &exif_focal_sigma_ratio,
-             {0, 1},
-             "standard deviation of a focal length from EXIF, relative; 0: exact");
-    list.Add("fov_focal_sigma_ratio",
-             &fov_focal_sigma_ratio,
-             {0, 1},
-             "likewise of one from horizontal_fov_deg");
-    list.Add("unknown_fov_deg",
-             &unknown_fov_deg,
-             {1, 170},
-             "usual field of view of a picture's longer side, where nothing is known of its lens");
-    list.Add("unknown_focal_sigma_ratio",
-             &unknown_focal_sigma_ratio,
-             {0.01, 1},
-             "standard deviation of the focal length that this gives, relative");
-  }
+  OPTION(double, max_picture_mpx, 128, {0.01, 1000},
+         "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
+  OPTION(double, exif_focal_sigma_ratio, 0.05, {0, 1},
+         "standard deviation of a focal length from EXIF, relative; 0: exact");
+  OPTION(double, fov_focal_sigma_ratio, 0.15, {0, 1}, "likewise of one from horizontal_fov_deg");
+  OPTION(double, unknown_fov_deg, 62, {1, 170},
+         "usual field of view of a picture's longer side, where nothing is known of its lens");
+  OPTION(double, unknown_focal_sigma_ratio, 0.35, {0.01, 1},
+         "standard deviation of the focal length that this gives, relative");
+  REGISTER_OPTIONS();
 };
 
 struct QueryLists {

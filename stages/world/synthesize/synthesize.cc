@@ -69,31 +69,6 @@ std::vector<StampedPose> UpwardPoses(const SynthesizeOptions& options, const Flo
 
 }  // namespace
 
-void SynthesizeOptions::Register(OptionList& list) {
-  building.Register(list);
-  camera.Register(list);
-  upward.Register(list);
-  sensor.Register(list);
-  list.Add(
-      "frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames per second in the timestamps");
-  list.Add(
-      "recording",
-      &recording,
-      Range(0, 1000),
-      "number of the recording; recordings of one building with different numbers differ in noise");
-  list.Add("render", &render, "renders pictures; false: only the laser and the wheels record");
-  list.Add("mislabelled_ratio",
-           &mislabelled_ratio,
-           Range(0, 1),
-           "share of the tables, chairs, shelves, cabinets, beds and sofas in a picture that its "
-           "labels take for another of these");
-  route.Register(list);
-  queries.Register(list);
-  floor_plan.Register(list);
-  scanner.Register(list);
-  wheels.Register(list);
-}
-
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads) {
   if (!options.render && options.scanner.rate_hz <= 0) {
     throw UsageError(

@@ -21,21 +21,27 @@ namespace nightmap {
 inline constexpr std::int64_t kFirstFrame_ns = 1'000'000'000'000;
 
 struct SynthesizeOptions {
-  double frame_rate_hz = 10;
-  int recording = 0;
-  bool render = true;
-  double mislabelled_ratio = 0;
-  BuildingOptions building;
-  SyntheticCameraOptions camera;
-  UpwardCameraOptions upward;
-  DepthSensorOptions sensor;
-  RouteOptions route;
-  QueryOptions queries;
-  FloorPlanOptions floor_plan;
-  ScannerOptions scanner;
-  WheelOptions wheels;
-
-  void Register(OptionList& list);
+  OPTIONS_OF(BuildingOptions, building);
+  OPTIONS_OF(SyntheticCameraOptions, camera);
+  OPTIONS_OF(UpwardCameraOptions, upward, "upward_");
+  OPTIONS_OF(DepthSensorOptions, sensor);
+  OPTION(double, frame_rate_hz, 10, {0.1, 1000}, "frames per second in the timestamps");
+  OPTION(int, recording, 0, {0, 1000},
+         "number of the recording; recordings of one building with different numbers differ in "
+         "noise");
+  OPTION(bool, render, true, "renders pictures; false: only the laser and the wheels record");
+  OPTION(double, mislabelled_ratio, 0, {0, 1},
+         "share of the tables, chairs, shelves, cabinets, beds and sofas in a picture that its "
+         "labels take for another of these");
+  OPTIONS_OF(RouteOptions, route);
+  OPTIONS_OF(QueryOptions, queries);
+  OPTIONS_OF(FloorPlanOptions, floor_plan, "floor_plan_");
+  OPTIONS_OF(ScannerOptions, scanner, "scan_");
+  OPTION_AT("num_walkers", scanner.num_walkers, {0, 1000},
+            "people who walk back and forth near the robot's route; the laser sees their legs, "
+            "pictures do not show them");
+  OPTIONS_OF(WheelOptions, wheels, "wheel_");
+  REGISTER_OPTIONS();
 };
 
 // Everything that is fixed before any picture is rendered. Times are unique over frames and

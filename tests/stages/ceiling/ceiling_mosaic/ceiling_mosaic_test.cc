@@ -126,7 +126,7 @@ TEST(CeilingMosaic, APictureThatCannotBeReadIsSkippedOnce) {
     if (frame == 3) throw DataError("up/3.jpg: truncated");
     return load(frame);
   };
-  const CeilingMosaic mosaic = Make(input, {0.005, 0.3, 0.3, 0.6, 30000, 0.2});
+  const CeilingMosaic mosaic = Make(input, {0.005, 30000, 0.2});
   ASSERT_EQ(mosaic.skipped.size(), 1U);
   EXPECT_THAT(mosaic.skipped[0], testing::HasSubstr("up/3.jpg"));
   EXPECT_LT(Difference(mosaic), 1.5);
@@ -176,7 +176,7 @@ TEST(CeilingMosaic, ViewsAreApart) {
     pose.translation.x() = 0.1 * static_cast<double>(i);
     if (i != 0) poses.push_back({frames[i].time_ns, pose});
   }
-  const auto views = ChooseViews({}, frames, poses, Rigid3{});
+  const auto views = ChooseViews(frames, poses, Rigid3{});
   ASSERT_EQ(views.size(), 3U);
   EXPECT_EQ(views[0].frame, 1U);  // the first one with a pose
   EXPECT_EQ(views[1].frame, 4U);
