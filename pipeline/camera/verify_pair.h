@@ -23,7 +23,7 @@ struct VerifyOptions {
          "what stands still");
   OPTION(int, seed, 0, {0, 1e6}, "seed of RANSAC");
   DescriptorKind kind = DescriptorKind::kRootSift;  // of the features
-  // Of b_from_a, in the worst direction. Not every stage limits it.
+  // Limits b_from_a in its worst direction, where a stage sets it.
   double max_sigma_m = std::numeric_limits<double>::infinity();
   REGISTER_OPTIONS();
 };
