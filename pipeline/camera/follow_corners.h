@@ -2,9 +2,11 @@
 // Corners of a reduced picture, and where another picture shows them.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
+#include "pipeline/camera/refine_corner.h"
 #include "pipeline/io/image_io.h"
 
 namespace nightmap {
@@ -12,19 +14,18 @@ namespace nightmap {
 // Smallest eigenvalue of the gradients, of gray levels in 0 .. 1: less is noise on a bare wall.
 constexpr float kMinCorner = 1e-5F;
 
-// A place in a gray picture, pixels.
-struct GrayPoint {
-  float x = 0;
-  float y = 0;
-
-  bool operator==(const GrayPoint&) const = default;
-};
-
-double Distance_px(const GrayPoint& a, const GrayPoint& b);
+double Distance_px(const Eigen::Vector2f& a, const Eigen::Vector2f& b);
 
 // The strongest corner of each cell of a gray picture that has one of this strength, row by row.
 // Bare walls have none. Source: Shi and Tomasi, Good features to track, 1994.
-std::vector<GrayPoint> Corners(const GrayImage& gray, int cell_px, float least = kMinCorner);
+std::vector<Eigen::Vector2f> Corners(const GrayImage& gray, int cell_px, float least = kMinCorner);
+
+struct FlowSearch {
+  int window_px = 15;  // size of the patch
+  int num_levels = 4;  // pictures of half the size each above the full one, from which it starts
+  int max_steps = 30;  // in each of them
+  double min_step_px = 0.01;
+};
 
 // The pictures that optical flow compares: the frame's own and coarser ones. Copies share them.
 class FlowPyramid {
@@ -32,16 +33,17 @@ class FlowPyramid {
   struct Levels;
 
   FlowPyramid();  // without pictures
-  FlowPyramid(const GrayImage& gray, int window_px);
+  FlowPyramid(const GrayImage& gray, const FlowSearch& search);
 
   const Levels& AllLevels() const { return *levels_; }
+  GrayView Picture() const;  // the full one
 
  private:
   std::shared_ptr<const Levels> levels_;
 };
 
 struct Followed {
-  std::vector<GrayPoint> points;
+  std::vector<Eigen::Vector2f> points;
   std::vector<unsigned char> is_found;
   std::vector<float> differences;  // mean absolute difference of the patches, gray levels
 };
@@ -49,8 +51,8 @@ struct Followed {
 // Pyramidal Lucas-Kanade (Bouguet, 2000). `guess`: where the points may be; empty: where they were.
 Followed Follow(const FlowPyramid& from,
                 const FlowPyramid& to,
-                const std::vector<GrayPoint>& points,
-                int window_px,
-                std::vector<GrayPoint> guess = {});
+                const std::vector<Eigen::Vector2f>& points,
+                const FlowSearch& search,
+                std::vector<Eigen::Vector2f> guess = {});
 
 }  // namespace nightmap

@@ -18,8 +18,47 @@
 
 namespace nightmap {
 
-// `.ot`: for each node its log-odds, color and one bit per child, then its children.
-class ValueEncoder {
+// Colors of `.ot`: an inner node has the mean color of its leaves.
+class MeanColors {
+ public:
+  struct Color {
+    Rgb mean{};  // of all nodes below
+    Rgb rgb{};   // of the leaf, or of the leaves merged into it
+  };
+
+  Color Of(const PlacedLeaf& leaf) { return {leaf.rgb, leaf.rgb}; }
+  static bool MayMerge(const Color&, const Color&) { return true; }
+
+  // When eight leaves are merged, OctoMap keeps a mean color only if the first of them has a color.
+  template <typename Children>
+  Color Join(const Children& children, bool is_leaf) const {
+    const Rgb mean = MeanOf(children, &Color::mean);
+    if (!is_leaf) return {mean, mean};
+    return {mean, children[0]->color.rgb == kNoColor ? kNoColor : MeanOf(children, &Color::rgb)};
+  }
+
+ private:
+  // Mean over the children that have a color.
+  template <typename Children>
+  static Rgb MeanOf(const Children& children, Rgb Color::*color) {
+    std::array<int, 3> sum{};
+    int count = 0;
+    for (const auto& child : children) {
+      if (!child || child->color.*color == kNoColor) continue;
+      for (std::size_t i = 0; i < 3; ++i) sum[i] += (child->color.*color)[i];
+      ++count;
+    }
+    if (count == 0) return kNoColor;
+    Rgb mean{};
+    for (std::size_t i = 0; i < 3; ++i) mean[i] = static_cast<std::uint8_t>(sum[i] / count);
+    return mean;
+  }
+};
+
+// `.ot`: for each node its log-odds, color and one bit per child, then its children. `Colors` gives
+// the color of a leaf and of a node, and says which equal leaves may become one.
+template <typename Colors>
+class NodeEncoder {
  public:
   static constexpr std::string_view kHead =
       "# Octomap OcTree file\n"
@@ -27,18 +66,19 @@ class ValueEncoder {
       "#\n";
   static constexpr std::string_view kType = "id ColorOcTree\n";
 
-  using Rgb = std::array<std::uint8_t, 3>;
   struct Node {
     float log_odds = 0;
-    Rgb mean{};  // of all nodes below
-    Rgb rgb{};   // of the leaf, or of the leaves merged into it
     bool is_leaf = true;
+    typename Colors::Color color;
   };
   using Children = std::array<std::optional<Node>, 8>;
 
+  explicit NodeEncoder(Colors colors = {}) : colors_(colors) {}
+
   Node Leaf(const PlacedLeaf& leaf) {
-    Put(Open(), leaf.log_odds, leaf.rgb, 0);
-    return {leaf.log_odds, leaf.rgb, leaf.rgb, true};
+    Node node{leaf.log_odds, true, colors_.Of(leaf)};
+    Put(Open(), node, 0);
+    return node;
   }
 
   std::size_t Open() {
@@ -47,28 +87,23 @@ class ValueEncoder {
     return begin;
   }
 
-  // The log-odds of the likeliest child and the children's mean color. When eight leaves are
-  // merged, OctoMap keeps a mean color only if the first of them has a color.
+  // The log-odds of the likeliest child.
   Node Close(std::size_t begin, const Children& children) {
     unsigned mask = 0;
-    float log_odds = -std::numeric_limits<float>::infinity();
+    Node node{-std::numeric_limits<float>::infinity(), false, {}};
     for (std::size_t i = 0; i < children.size(); ++i) {
       if (!children[i]) continue;
       mask |= 1U << i;
-      log_odds = std::max(log_odds, children[i]->log_odds);
+      node.log_odds = std::max(node.log_odds, children[i]->log_odds);
     }
-    const Rgb mean = MeanColor(children, &Node::mean);
-    const bool is_leaf = std::ranges::all_of(children, [&](const auto& child) {
-      return child && child->is_leaf && child->log_odds == log_odds;
+    node.is_leaf = std::ranges::all_of(children, [&](const auto& child) {
+      return child && child->is_leaf && child->log_odds == node.log_odds &&
+             Colors::MayMerge(child->color, children[0]->color);
     });
-    if (!is_leaf) {
-      Put(begin, log_odds, mean, mask);
-      return {log_odds, mean, mean, false};
-    }
-    const Rgb rgb = children[0]->rgb == kNoColor ? kNoColor : MeanColor(children, &Node::rgb);
-    bytes_.resize(begin + kNodeSize);
-    Put(begin, log_odds, rgb, 0);
-    return {log_odds, mean, rgb, true};
+    node.color = colors_.Join(children, node.is_leaf);
+    if (node.is_leaf) bytes_.resize(begin + kNodeSize);
+    Put(begin, node, node.is_leaf ? 0 : mask);
+    return node;
   }
 
   std::size_t NumNodes() const { return bytes_.size() / kNodeSize; }
@@ -78,31 +113,17 @@ class ValueEncoder {
  private:
   static constexpr std::size_t kNodeSize = 8;
 
-  static constexpr Rgb kNoColor{255, 255, 255};
-
-  // Mean over the children that have a color.
-  static Rgb MeanColor(const Children& children, Rgb Node::*color) {
-    std::array<int, 3> sum{};
-    int count = 0;
-    for (const auto& child : children) {
-      if (!child || (*child).*color == kNoColor) continue;
-      for (std::size_t i = 0; i < 3; ++i) sum[i] += ((*child).*color)[i];
-      ++count;
-    }
-    if (count == 0) return kNoColor;
-    Rgb mean{};
-    for (std::size_t i = 0; i < 3; ++i) mean[i] = static_cast<std::uint8_t>(sum[i] / count);
-    return mean;
-  }
-
-  void Put(std::size_t begin, float log_odds, const Rgb& rgb, unsigned mask) {
-    std::memcpy(&bytes_[begin], &log_odds, sizeof(log_odds));
-    std::memcpy(&bytes_[begin + 4], rgb.data(), rgb.size());
+  void Put(std::size_t begin, const Node& node, unsigned mask) {
+    std::memcpy(&bytes_[begin], &node.log_odds, sizeof(node.log_odds));
+    std::memcpy(&bytes_[begin + 4], node.color.rgb.data(), node.color.rgb.size());
     bytes_[begin + 7] = static_cast<char>(mask);
   }
 
+  Colors colors_;
   std::string bytes_;
 };
+
+using ValueEncoder = NodeEncoder<MeanColors>;
 
 // `.bt`: for each inner node two bits per child (none, free, occupied, inner), then its inner
 // children.

@@ -18,12 +18,15 @@ constexpr int kOctreeDepth = 16;  // levels of OctoMap's trees
 // so its tools find the same in the same file.
 constexpr bool IsOccupied(float log_odds) { return log_odds >= 0; }
 
+using Rgb = std::array<std::uint8_t, 3>;
+constexpr Rgb kNoColor{255, 255, 255};  // none measured
+
 // One leaf: a cube of known space. Space without a leaf is unknown.
 struct OccupancyVoxel {
   Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();
-  double size_m = 0;                               // edge; resolution times a power of two
-  float log_odds = 0;                              // of occupancy, less those of the threshold
-  std::array<std::uint8_t, 3> rgb{255, 255, 255};  // white: no color measured
+  double size_m = 0;   // edge; resolution times a power of two
+  float log_odds = 0;  // of occupancy, less those of the threshold
+  Rgb rgb = kNoColor;
 
   bool Occupied() const { return IsOccupied(log_odds); }
 };

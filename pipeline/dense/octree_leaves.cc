@@ -10,8 +10,6 @@
 namespace nightmap {
 namespace {
 
-constexpr std::array<std::uint8_t, 3> kNoColor{255, 255, 255};
-
 PlacedLeaf Place(const OccupancyVoxel& leaf, double resolution_m, const std::string& name) {
   const double height = std::log2(leaf.size_m / resolution_m);
   const bool valid_size =

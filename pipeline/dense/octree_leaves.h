@@ -3,7 +3,6 @@
 // and merging of octrees.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -20,7 +19,7 @@ constexpr std::string_view kOctreeHashLine = "# xxh3 of all below: ";
 struct PlacedLeaf {
   std::uint64_t code = 0;  // Morton code of its first voxel
   float log_odds = 0;
-  std::array<std::uint8_t, 3> rgb{255, 255, 255};
+  Rgb rgb = kNoColor;
   std::uint8_t height = 0;  // 0: the smallest voxel
 
   bool Occupied() const { return IsOccupied(log_odds); }

@@ -22,8 +22,8 @@ namespace nightmap {
 template <typename Encoder>
 class OctreeWriter {
  public:
-  OctreeWriter(const std::filesystem::path& path, double resolution_m)
-      : path_(path), resolution_m_(resolution_m) {}
+  OctreeWriter(const std::filesystem::path& path, double resolution_m, Encoder encoder = Encoder())
+      : path_(path), resolution_m_(resolution_m), encoder_(std::move(encoder)) {}
 
   Encoder& GetEncoder() { return encoder_; }
 

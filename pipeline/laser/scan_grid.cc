@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "pipeline/base/input_error.h"
+#include "pipeline/geometry/log_odds.h"
 #include "pipeline/laser/thin_walls.h"
 #include "pipeline/plan/cell_walk.h"
 
@@ -22,10 +23,6 @@ constexpr double kMaxIndex = 1e9;  // cells to the map's origin, where a double 
 constexpr double kMaxCells = 4e8;  // a square kilometre at 5 cm
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 constexpr double kMaxBeamsOfGroup = 1000;
-
-float LogOdds(double probability) {
-  return static_cast<float>(std::log(probability / (1 - probability)));
-}
 
 // A beam that ends in a hit, or clears the cells up to its end.
 struct Beam {

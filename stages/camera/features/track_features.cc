@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/features/track_features.h"
 
-#include <opencv2/core.hpp>
-#include <opencv2/video/tracking.hpp>
 #include <vector>
 
+#include "pipeline/camera/follow_corners.h"
 #include "pipeline/camera/pixel_grid.h"
 #include "pipeline/io/masked_pixels.h"
 
@@ -13,22 +12,11 @@ namespace {
 
 // A frame is described anew when a smaller share of the described frame's features is tracked.
 constexpr double kMinTrackedRatio = 0.5;
-constexpr int kWindow_px = 17;  // size of the tracked patch
 // Largest mean difference of a patch found again, in gray levels.
 constexpr double kMaxDifference = 12;
-constexpr int kNumPyramidLevels = 3;  // above the full size
 constexpr double kMinDistance_px = 6;
 
-using Pyramid = std::vector<cv::Mat>;
-
-Pyramid BuildPyramid(const ColorImage& color, int window_px) {
-  GrayImage gray = ToGray(color);
-  const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  CV_Assert(!image.empty());  // OpenCV would search for its border without end
-  Pyramid pyramid;
-  cv::buildOpticalFlowPyramid(image, pyramid, {window_px, window_px}, kNumPyramidLevels);
-  return pyramid;
-}
+const FlowSearch kSearch{17, 3, 20, 0.01};
 
 // Chooses the strongest features, none near another, because several features of one corner would
 // move together. Those with depth come first, because only they can be placed.
@@ -59,11 +47,11 @@ struct FeatureTracker::State {
   struct Point {
     int feature = 0;  // of the reference
     float scale_px = 0;
-    cv::Point2f origin_px;  // in the reference
-    cv::Point2f last_px;
-    cv::Point2f step_px;  // motion between the last two frames
+    Eigen::Vector2f origin_px;  // in the reference
+    Eigen::Vector2f last_px;
+    Eigen::Vector2f step_px;  // motion between the last two frames
   };
-  Pyramid reference;
+  FlowPyramid reference;
   int reference_frame_idx = 0;
   int num_frames = 0;  // frames tracked since the reference
   std::size_t num_chosen = 0;
@@ -73,34 +61,24 @@ struct FeatureTracker::State {
   std::vector<Point> Find(const ColorImage& color,
                           const Camera& camera,
                           const GrayImage& moving) const {
-    std::vector<cv::Point2f> origin_px, found_px;
+    std::vector<Eigen::Vector2f> origin_px, predicted_px;
     for (const Point& point : points) {
       origin_px.push_back(point.origin_px);
-      found_px.push_back(point.last_px + point.step_px);
+      predicted_px.push_back(point.last_px + point.step_px);
     }
-    std::vector<unsigned char> is_found;
-    std::vector<float> differences;
-    cv::calcOpticalFlowPyrLK(reference,
-                             BuildPyramid(color, kWindow_px),
-                             origin_px,
-                             found_px,
-                             is_found,
-                             differences,
-                             {kWindow_px, kWindow_px},
-                             kNumPyramidLevels,
-                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01},
-                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    const Followed there =
+        nightmap::Follow(reference, {ToGray(color), kSearch}, origin_px, kSearch, predicted_px);
     std::vector<Point> found;
-    for (std::size_t i = 0; i < found_px.size(); ++i) {
-      const Eigen::Vector2d raw(found_px[i].x, found_px[i].y);
-      if (!is_found[i] || !camera.Contains(raw) || differences[i] > kMaxDifference) continue;
-      if (IsMasked(moving, raw)) continue;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector2f& found_px = there.points[i];
+      const Eigen::Vector2d raw = found_px.cast<double>();
+      if (!there.is_found[i] || !camera.Contains(raw) ||
+          there.differences[i] > kMaxDifference || IsMasked(moving, raw)) {
+        continue;
+      }
       const Point& point = points[i];
-      found.push_back({point.feature,
-                       point.scale_px,
-                       point.origin_px,
-                       found_px[i],
-                       found_px[i] - point.last_px});
+      found.push_back(
+          {point.feature, point.scale_px, point.origin_px, found_px, found_px - point.last_px});
     }
     return found;
   }
@@ -111,11 +89,10 @@ struct FeatureTracker::State {
     tracked.frame_idx = frame_idx;
     tracked.reference_frame_idx = reference_frame_idx;
     for (const Point& point : found) {
-      const Eigen::Vector2d raw(point.last_px.x, point.last_px.y);
       tracked.reference_features.push_back(point.feature);
       tracked.scales_px.push_back(point.scale_px);
-      tracked.raw_keypoints_px.push_back(raw.cast<float>());
-      tracked.keypoints_px.push_back(camera.Undistort(raw).cast<float>());
+      tracked.raw_keypoints_px.push_back(point.last_px);
+      tracked.keypoints_px.push_back(camera.Undistort(point.last_px.cast<double>()).cast<float>());
     }
     tracked.depths_m.assign(found.size(), 0.0f);
     points = std::move(found);
@@ -133,13 +110,12 @@ void FeatureTracker::Start(const ColorImage& color,
                            const FrameFeatures& described) {
   if (options_.max_gap_frames == 0) return;
   state_ = std::make_unique<State>();
-  state_->reference = BuildPyramid(color, kWindow_px);
+  state_->reference = FlowPyramid(ToGray(color), kSearch);
   state_->reference_frame_idx = described.frame_idx;
   for (const int i : Choose(described, camera, options_.max_tracked)) {
-    const Eigen::Vector2f& raw = described.raw_keypoints_px[static_cast<std::size_t>(i)];
-    const cv::Point2f pixel(raw.x(), raw.y());
+    const Eigen::Vector2f& pixel = described.raw_keypoints_px[static_cast<std::size_t>(i)];
     const float scale_px = described.scales_px[static_cast<std::size_t>(i)];
-    state_->points.push_back({i, scale_px, pixel, pixel, {0, 0}});
+    state_->points.push_back({i, scale_px, pixel, pixel, Eigen::Vector2f::Zero()});
   }
   state_->num_chosen = state_->points.size();
 }

@@ -12,7 +12,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kCornerCell_px = 20;
-constexpr int kWindow_px = 15;
+constexpr FlowSearch kSearch{.window_px = 15};
 constexpr int kNumGainCells = 8;  // along each side
 constexpr std::size_t kMinGainCells = 8;
 // Bounds of a cell: pixels of darker and brighter ones are black or white, and tell no gain.
@@ -36,9 +36,9 @@ GrayImage Equalized(const GrayImage& gray) {
 void FollowCorners(const GrayImage& previous, const GrayImage& current, PairMeasures* measures) {
   const auto corners = Corners(previous, kCornerCell_px);
   if (corners.empty()) return;
-  const FlowPyramid from(previous, kWindow_px), to(current, kWindow_px);
-  const Followed there = Follow(from, to, corners, kWindow_px);
-  const Followed back = Follow(to, from, there.points, kWindow_px);
+  const FlowPyramid from(previous, kSearch), to(current, kSearch);
+  const Followed there = Follow(from, to, corners, kSearch);
+  const Followed back = Follow(to, from, there.points, kSearch);
   std::vector<double> flow_px;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (there.is_found[i] == 0 || back.is_found[i] == 0) continue;

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kBatch_frames = 16;
 
 struct ReadPicture {
-  std::shared_ptr<const FlowPicture> picture;  // null: it cannot be read
+  std::optional<FlowPyramid> picture;  // nothing: it cannot be read
   std::string failure;
 };
 

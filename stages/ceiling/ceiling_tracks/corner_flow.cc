@@ -5,21 +5,11 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
-
-#include "pipeline/camera/refine_corner.h"
 
 namespace nightmap {
-
-struct FlowPicture {
-  std::vector<cv::Mat> pyramid;  // of each level the pixels, then the gradients
-};
-
 namespace {
 
-constexpr int kWindow_px = 15;  // size of the patch that flow compares
-// Pictures of half the size each above the full one, from which flow starts.
-constexpr int kNumPyramidLevels = 3;
+const FlowSearch kSearch{15, 3, 20, 0.02};
 // A track ends when the flow back misses its corner by more.
 constexpr double kMaxBackwardError_px = 0.5;
 // Half size of the window whose gradients put a track back onto its corner.
@@ -31,85 +21,42 @@ constexpr double kContrast = 50;  // standard deviation, in gray levels
 constexpr double kMaxGain = 4;    // the noise of a blank picture is not made to look like corners
 constexpr double kBlur_px = 0.8;  // as the corners were found with (harris_corners.cc)
 
-using Pixels = std::vector<cv::Point2f>;
-
-// The picture at the mean and contrast of all pictures.
-cv::Mat EvenLight(const cv::Mat& image) {
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(image, mean, deviation);
-  const double gain = std::min(kMaxGain, kContrast / std::max(1.0, deviation[0]));
-  cv::Mat even;
-  image.convertTo(even, CV_8U, gain, kMean - gain * mean[0]);
-  return even;
-}
-
-struct Flow {
-  Pixels pixels;
-  std::vector<unsigned char> is_found;
-};
-
-Flow FlowFrom(const FlowPicture& from,
-              const FlowPicture& to,
-              const Pixels& pixels,
-              const Pixels& predicted) {
-  Flow flow{predicted, {}};
-  cv::calcOpticalFlowPyrLK(from.pyramid,
-                           to.pyramid,
-                           pixels,
-                           flow.pixels,
-                           flow.is_found,
-                           cv::noArray(),
-                           {kWindow_px, kWindow_px},
-                           kNumPyramidLevels,
-                           {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02},
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
-  return flow;
-}
-
 // Written so that a coordinate that is no number lies outside.
-bool IsInside(const cv::Point2f& pixel, const cv::Mat& image, int border_px) {
+bool IsInside(const Eigen::Vector2f& pixel, const GrayView& image, int border_px) {
   const auto border = static_cast<float>(border_px);
-  return pixel.x >= border && pixel.y >= border &&
-         pixel.x <= static_cast<float>(image.cols - 1) - border &&
-         pixel.y <= static_cast<float>(image.rows - 1) - border;
-}
-
-float Distance_px(const cv::Point2f& a, const cv::Point2f& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
+  return pixel.x() >= border && pixel.y() >= border &&
+         pixel.x() <= static_cast<float>(image.width - 1) - border &&
+         pixel.y() <= static_cast<float>(image.height - 1) - border;
 }
 
 }  // namespace
 
-std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray) {
-  const cv::Mat image(
-      gray.height, gray.width, CV_8UC1, const_cast<std::uint8_t*>(gray.pixels.data()));
-  CV_Assert(!image.empty());  // OpenCV would search for its border without end
-  cv::Mat even = EvenLight(image);
-  cv::GaussianBlur(even, even, {5, 5}, kBlur_px);
-  auto picture = std::make_shared<FlowPicture>();
-  cv::buildOpticalFlowPyramid(even, picture->pyramid, {kWindow_px, kWindow_px}, kNumPyramidLevels);
-  return picture;
+FlowPyramid PrepareForFlow(const GrayImage& gray) {
+  GrayImage even = gray;
+  cv::Mat image(even.height, even.width, CV_8UC1, even.pixels.data());
+  CV_Assert(!image.empty());
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(image, mean, deviation);
+  const double gain = std::min(kMaxGain, kContrast / std::max(1.0, deviation[0]));
+  image.convertTo(image, CV_8U, gain, kMean - gain * mean[0]);
+  cv::GaussianBlur(image, image, {5, 5}, kBlur_px);
+  return {even, kSearch};
 }
 
-std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
-                                          const FlowPicture& to,
+std::vector<FollowedCorner> FollowCorners(const FlowPyramid& from,
+                                          const FlowPyramid& to,
                                           const std::vector<Eigen::Vector2f>& pixels,
                                           const std::vector<Eigen::Vector2f>& steps_px,
                                           const FlowOptions& options) {
   std::vector<FollowedCorner> followed(pixels.size());
-  Pixels origins, predicted;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const Eigen::Vector2f there = pixels[i] + steps_px[i];
-    origins.emplace_back(pixels[i].x(), pixels[i].y());
-    predicted.emplace_back(there.x(), there.y());
-  }
-  if (origins.empty()) return followed;
-  const cv::Mat& image = to.pyramid.front();
-  const Flow forward = FlowFrom(from, to, origins, predicted);
-  Pixels found, start_back;
+  if (pixels.empty()) return followed;
+  std::vector<Eigen::Vector2f> predicted, found, start_back;
+  for (std::size_t i = 0; i < pixels.size(); ++i) predicted.push_back(pixels[i] + steps_px[i]);
+  const GrayView image = to.Picture();
+  const Followed forward = Follow(from, to, pixels, kSearch, predicted);
   std::vector<std::size_t> of_found;
-  for (std::size_t i = 0; i < origins.size(); ++i) {
-    const cv::Point2f& pixel = forward.pixels[i];
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Eigen::Vector2f& pixel = forward.points[i];
     if (!IsInside(pixel, image, options.border_px)) {
       followed[i].end = TrackEnd::kBorder;
     } else if (!forward.is_found[i]) {
@@ -117,24 +64,23 @@ std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
     } else {
       of_found.push_back(i);
       found.push_back(pixel);
-      start_back.push_back(pixel - (predicted[i] - origins[i]));
+      start_back.push_back(pixel - (predicted[i] - pixels[i]));
     }
   }
   if (found.empty()) return followed;
-  const Flow back = FlowFrom(to, from, found, start_back);
-  const GrayView view{image.ptr(), image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+  const Followed back = Follow(to, from, found, kSearch, start_back);
   for (std::size_t k = 0; k < found.size(); ++k) {
     FollowedCorner& corner = followed[of_found[k]];
-    const float error_px = Distance_px(back.pixels[k], origins[of_found[k]]);
+    const double error_px = Distance_px(back.points[k], pixels[of_found[k]]);
     if (!back.is_found[k] || !(error_px <= kMaxBackwardError_px)) {
       corner.end = TrackEnd::kBackward;
       continue;
     }
     const auto refined =
-        RefineCorner(view, {found[k].x, found[k].y}, kRefineRadius_px, kMaxRefinement_px);
+        RefineCorner(image, found[k], kRefineRadius_px, kMaxRefinement_px);
     if (!refined) {
       corner.end = TrackEnd::kOffCorner;
-    } else if (!IsInside({refined->x(), refined->y()}, image, options.border_px)) {
+    } else if (!IsInside(*refined, image, options.border_px)) {
       corner.end = TrackEnd::kBorder;
     } else {
       corner.pixel = *refined;

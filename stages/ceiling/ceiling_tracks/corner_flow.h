@@ -5,13 +5,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/camera/refine_corner.h"
-#include "pipeline/io/image_io.h"
+#include "pipeline/camera/follow_corners.h"
 
 namespace nightmap {
 
@@ -22,8 +20,7 @@ struct FlowOptions {
 
 // A picture ready for flow: its pyramid and gradients, at a mean and contrast that are the same for
 // all pictures, so that a change of light between two pictures does not look like motion.
-struct FlowPicture;
-std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray);
+FlowPyramid PrepareForFlow(const GrayImage& gray);
 
 // Why a track ended.
 enum class TrackEnd {
@@ -43,8 +40,8 @@ struct FollowedCorner {
 
 // Looks for the corners at `pixels` of `from` in `to`, each first where it lay plus its predicted
 // step. One entry per corner. Deterministic.
-std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
-                                          const FlowPicture& to,
+std::vector<FollowedCorner> FollowCorners(const FlowPyramid& from,
+                                          const FlowPyramid& to,
                                           const std::vector<Eigen::Vector2f>& pixels,
                                           const std::vector<Eigen::Vector2f>& steps_px,
                                           const FlowOptions& options);

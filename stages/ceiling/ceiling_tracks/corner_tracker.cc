@@ -31,7 +31,7 @@ Eigen::Vector2f Undistorted(const Camera& camera, const Eigen::Vector2f& raw_px)
 void CornerTracker::Add(const FrameRecord& frame,
                         const Camera& camera,
                         const FrameFeatures& features,
-                        std::shared_ptr<const FlowPicture> picture) {
+                        std::optional<FlowPyramid> picture) {
   TrackedFrame tracked;
   tracked.time_ns = frame.time_ns;
   tracked.frame_idx = frame.frame_idx;
@@ -55,7 +55,7 @@ void CornerTracker::Add(const FrameRecord& frame,
 }
 
 void CornerTracker::Follow(const Camera& camera,
-                           const FlowPicture& picture,
+                           const FlowPyramid& picture,
                            TrackedFrame* tracked) {
   std::vector<Eigen::Vector2f> pixels, steps_px;
   for (const Track& track : alive_) {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <array>
-#include <memory>
+#include <optional>
 #include <vector>
 
 #include "pipeline/ceiling/corner_tracks_io.h"
@@ -21,13 +21,13 @@ class CornerTracker {
   CornerTracker(const FlowOptions& flow, const NewCornerOptions& new_corners)
       : flow_(flow), new_corners_(new_corners) {}
 
-  // Adds the next frame to the tracks. `picture` is null when it cannot be read: all tracks end.
+  // Adds the next frame to the tracks. `picture` is nothing when it cannot be read: all tracks end.
   // They also end before the first frame of another camera or sequence. `features` are the corners
   // of the frame, with ORB descriptors; a frame that is not described begins no tracks.
   void Add(const FrameRecord& frame,
            const Camera& camera,
            const FrameFeatures& features,
-           std::shared_ptr<const FlowPicture> picture);
+           std::optional<FlowPyramid> picture);
 
   CornerTracks TakeTracks() { return std::move(tracks_); }
   const TrackEndCounts& NumEnded() const { return num_ended_; }
@@ -39,13 +39,13 @@ class CornerTracker {
     Eigen::Vector2f px = Eigen::Vector2f::Zero();
     Eigen::Vector2f step_px = Eigen::Vector2f::Zero();  // raw, from the frame before
   };
-  void Follow(const Camera& camera, const FlowPicture& picture, TrackedFrame* tracked);
+  void Follow(const Camera& camera, const FlowPyramid& picture, TrackedFrame* tracked);
   void Begin(const Camera& camera, const FrameFeatures& features, TrackedFrame* tracked);
   void End(TrackEnd reason) { ++num_ended_[static_cast<std::size_t>(reason)]; }
 
   FlowOptions flow_;
   NewCornerOptions new_corners_;
-  std::shared_ptr<const FlowPicture> last_picture_;
+  std::optional<FlowPyramid> last_picture_;
   int camera_idx_ = -1;       // of the last frame
   int sequence_idx_ = -1;     // of the last frame
   std::vector<Track> alive_;  // ascending id

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/log_odds.h"
 #include "stages/dense/octree/block_colors.h"
 #include "stages/dense/octree/keyframe_rays.h"
 #include "stages/dense/octree/occupancy_volume.h"
@@ -13,10 +14,6 @@
 
 namespace nightmap {
 namespace {
-
-float LogOdds(double probability) {
-  return static_cast<float>(std::log(probability / (1 - probability)));
-}
 
 SensorModel MakeModel(const OctreeOptions& options) {
   return {LogOdds(options.probability_hit),

@@ -9,12 +9,12 @@
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/dense/octree_writer.h"
-#include "stages/labels/join_labels/label_encoder.h"
+#include "stages/labels/join_labels/class_colors.h"
 
 namespace nightmap {
 namespace {
 
-using LabelledOctree = OctreeWriter<LabelEncoder>;
+using LabelledOctree = OctreeWriter<NodeEncoder<ClassColors>>;
 
 // A voxel of a part.
 struct Place {
@@ -98,8 +98,7 @@ void WriteLabelledOctree(const std::filesystem::path& path,
                          const LeafSource& leaves,
                          const VoxelLabels& voxels,
                          const std::vector<Rgb>& palette) {
-  LabelledOctree writer(path, leaves.resolution_m);
-  writer.GetEncoder().Use(voxels, palette);
+  LabelledOctree writer(path, leaves.resolution_m, NodeEncoder(ClassColors(voxels, palette)));
   leaves.visit([&](const PlacedLeaf& leaf) {
     leaf.Occupied() ? AddOccupied(leaf, voxels, &writer) : writer.Add(leaf);
   });

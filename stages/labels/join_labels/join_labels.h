@@ -26,7 +26,7 @@ struct JoinLabelsOptions {
 // or differ in resolution or classes.
 VoxelLabels JoinVoxelLabels(const std::vector<VoxelLabels>& parts);
 
-// Writes the tree as `.ot` with the classes' colors (LabelEncoder): log-odds and leaves are those
+// Writes the tree as `.ot` with the classes' colors (ClassColors): log-odds and leaves are those
 // of `leaves`, except that eight occupied leaves of several classes stay eight. Throws DataError
 // naming the file.
 void WriteLabelledOctree(const std::filesystem::path& path,

@@ -2,14 +2,12 @@
 // Colors of the classes.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
-namespace nightmap {
+#include "pipeline/dense/octree_io.h"
 
-using Rgb = std::array<std::uint8_t, 3>;
+namespace nightmap {
 
 // Colors of `num_classes` classes. `texts` has a "#rrggbb" for each, or none: then the colors are
 // those of PASCAL VOC (index 0 black). White, which OctoMap reads as no color, becomes #fffffe.

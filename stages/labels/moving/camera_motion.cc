@@ -23,19 +23,19 @@ Matched Matches(const CameraMotionOptions& options,
                 const SmallCamera& camera,
                 const SmallFrame& a,
                 const SmallFrame& b) {
-  const std::vector<GrayPoint>& corners = a.corners;
+  const std::vector<Eigen::Vector2f>& corners = a.corners;
   if (corners.empty()) return {};
-  const Followed there = Follow(a.pyramid, b.pyramid, corners, options.window_px);
-  const Followed back = Follow(b.pyramid, a.pyramid, there.points, options.window_px);
+  const Followed there = Follow(a.pyramid, b.pyramid, corners, {options.window_px});
+  const Followed back = Follow(b.pyramid, a.pyramid, there.points, {options.window_px});
   Matched matches;
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d seen(there.points[i].x, there.points[i].y);
+    const Eigen::Vector2d seen = there.points[i].cast<double>();
     const double depth_m = DepthAt(a, corners[i]);
     if (!there.is_found[i] || !back.is_found[i] || !camera.gray.Contains(seen)) continue;
     if (Distance_px(back.points[i], corners[i]) > kMaxWayBack_px || depth_m <= 0) continue;
     matches.may_move.push_back(MayMove(a, corners[i]));
     matches.points.push_back({camera.gray.Undistort(seen),
-                              camera.gray.BackProject({corners[i].x, corners[i].y}, depth_m),
+                              camera.gray.BackProject(corners[i].cast<double>(), depth_m),
                               DepthAt(b, there.points[i]),
                               camera.noise.Sigma_m(depth_m)});
   }

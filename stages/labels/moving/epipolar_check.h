@@ -39,12 +39,12 @@ struct EpipolarOptions {
 //   stands.
 // A larger ransac_confidence finds the largest agreement more surely: fewer points of still things
 // in the third case, and fewer of moving ones in the second.
-std::optional<std::vector<GrayPoint>> MovingPoints(const EpipolarOptions& options,
-                                                   int window_px,
-                                                   const SmallCamera& camera,
-                                                   const SmallFrame& previous,
-                                                   const SmallFrame& frame,
-                                                   std::uint64_t seed);
+std::optional<std::vector<Eigen::Vector2f>> MovingPoints(const EpipolarOptions& options,
+                                                         int window_px,
+                                                         const SmallCamera& camera,
+                                                         const SmallFrame& previous,
+                                                         const SmallFrame& frame,
+                                                         std::uint64_t seed);
 
 // The regions among 1 .. num_regions that move: those with min_moving_points of the `points`. (The
 // publication says "some".) `regions` has the size of reduced depth, and 0 where there is none; the
@@ -52,7 +52,7 @@ std::optional<std::vector<GrayPoint>> MovingPoints(const EpipolarOptions& option
 std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
                                   const Image<std::int32_t>& regions,
                                   int num_regions,
-                                  const std::vector<GrayPoint>& points);
+                                  const std::vector<Eigen::Vector2f>& points);
 
 // The method's decision on each pixel of reduced depth: 1 in a region that moves and at points that
 // move elsewhere, else -1. Labels decide without a previous frame, or when it says nothing.

@@ -13,6 +13,7 @@
 namespace nightmap {
 namespace {
 
+constexpr int kNumLevels = 2;       // as where it should be is known
 constexpr int kHalfCell = 2;        // pixels of depth that a corner speaks for, on each side
 constexpr double kEdgeStep = 0.05;  // relative
 // A corner that moved looks different where it would be if it had not: by so much more than where
@@ -22,15 +23,15 @@ constexpr double kMinWorse = 5;
 
 // A corner that should be seen in the other frame.
 struct Expected {
-  std::vector<GrayPoint> corners;
-  std::vector<GrayPoint> predicted;  // where it is if it stays
+  std::vector<Eigen::Vector2f> corners;
+  std::vector<Eigen::Vector2f> predicted;  // where it is if it stays
 };
 
 // Calls use(x, y) for the pixels of depth around a corner.
 template <typename Use>
-void ForCell(const DepthImage& depth, const GrayPoint& corner, const Use& use) {
-  const int at_x = std::min(static_cast<int>(corner.x / 2), depth.width - 1);
-  const int at_y = std::min(static_cast<int>(corner.y / 2), depth.height - 1);
+void ForCell(const DepthImage& depth, const Eigen::Vector2f& corner, const Use& use) {
+  const int at_x = std::min(static_cast<int>(corner.x() / 2), depth.width - 1);
+  const int at_y = std::min(static_cast<int>(corner.y() / 2), depth.height - 1);
   for (int y = std::max(at_y - kHalfCell, 0); y <= std::min(at_y + kHalfCell, depth.height - 1);
        ++y) {
     for (int x = std::max(at_x - kHalfCell, 0); x <= std::min(at_x + kHalfCell, depth.width - 1);
@@ -41,7 +42,7 @@ void ForCell(const DepthImage& depth, const GrayPoint& corner, const Use& use) {
 }
 
 // There the background is followed as well as the thing before it.
-bool IsAtEdge(const SmallFrame& frame, const GrayPoint& corner) {
+bool IsAtEdge(const SmallFrame& frame, const Eigen::Vector2f& corner) {
   const float depth_m = DepthAt(frame, corner);
   bool is_at_edge = false;
   ForCell(frame.depth, corner, [&](int x, int y) {
@@ -52,12 +53,12 @@ bool IsAtEdge(const SmallFrame& frame, const GrayPoint& corner) {
 
 // Mean absolute difference of two patches, gray levels.
 double PatchDifference(const GrayImage& a,
-                       const GrayPoint& at_a,
+                       const Eigen::Vector2f& at_a,
                        const GrayImage& b,
-                       const GrayPoint& at_b) {
+                       const Eigen::Vector2f& at_b) {
   constexpr int kHalfPatch = 4;
-  const cv::Point from(cvRound(at_a.x), cvRound(at_a.y));
-  const cv::Point to(cvRound(at_b.x), cvRound(at_b.y));
+  const cv::Point from(cvRound(at_a.x()), cvRound(at_a.y()));
+  const cv::Point to(cvRound(at_b.x()), cvRound(at_b.y()));
   const cv::Rect in_a(0, 0, a.width, a.height);
   const cv::Rect in_b(0, 0, b.width, b.height);
   double sum = 0;
@@ -79,14 +80,14 @@ Expected Expect(const EvidenceOptions& options,
                 const SmallFrame& other,
                 const Rigid3& other_from_frame) {
   Expected expected;
-  for (const GrayPoint& corner : frame.corners) {
+  for (const Eigen::Vector2f& corner : frame.corners) {
     const double depth_m = DepthAt(frame, corner);
     if (depth_m <= 0 || IsAtEdge(frame, corner)) continue;
     const Eigen::Vector3d point =
-        other_from_frame * camera.gray.BackProject({corner.x, corner.y}, depth_m);
+        other_from_frame * camera.gray.BackProject(corner.cast<double>(), depth_m);
     const auto seen = camera.gray.Project(point);
     if (!seen || !camera.gray.Contains(*seen)) continue;
-    const GrayPoint at{static_cast<float>(seen->x()), static_cast<float>(seen->y())};
+    const Eigen::Vector2f at = seen->cast<float>();
     const double there_m = DepthAt(other, at);
     const bool is_hidden =
         there_m > 0 && there_m < point.z() - Margin_m(options, camera, point.z());
@@ -108,7 +109,8 @@ void AddFlowEvidence(const EvidenceOptions& options,
                      Evidence* evidence) {
   const auto [corners, predicted] = Expect(options, camera, frame, other, other_from_frame);
   if (corners.empty()) return;
-  const Followed followed = Follow(frame.pyramid, other.pyramid, corners, window_px, predicted);
+  const Followed followed =
+      Follow(frame.pyramid, other.pyramid, corners, {window_px, kNumLevels}, predicted);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double difference = followed.differences[i];
     if (!followed.is_found[i] || difference > options.max_patch_difference) continue;

@@ -50,7 +50,7 @@ class Search {
   void Load(std::size_t i) {
     SmallFrame frame = Shrink(input_.load(input_.frames[i]), CameraOf(i));
     frame.corners = Corners(frame.gray, options_.camera_motion.cell_px);
-    frame.pyramid = FlowPyramid(frame.gray, options_.camera_motion.window_px);
+    frame.pyramid = FlowPyramid(frame.gray, {options_.camera_motion.window_px});
     small_[i] = std::move(frame);
   }
 

@@ -124,16 +124,16 @@ GrayImage EnlargeDepthMask(const GrayImage& mask, const SmallCamera& small, cons
   return enlarged;
 }
 
-float DepthAt(const SmallFrame& frame, const GrayPoint& gray_px) {
-  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.depth.width - 1);
-  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.depth.height - 1);
+float DepthAt(const SmallFrame& frame, const Eigen::Vector2f& gray_px) {
+  const int x = std::clamp(static_cast<int>(gray_px.x() / 2), 0, frame.depth.width - 1);
+  const int y = std::clamp(static_cast<int>(gray_px.y() / 2), 0, frame.depth.height - 1);
   return frame.depth.At(x, y);
 }
 
-bool MayMove(const SmallFrame& frame, const GrayPoint& gray_px) {
+bool MayMove(const SmallFrame& frame, const Eigen::Vector2f& gray_px) {
   if (frame.may_move.pixels.empty()) return false;
-  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.may_move.width - 1);
-  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.may_move.height - 1);
+  const int x = std::clamp(static_cast<int>(gray_px.x() / 2), 0, frame.may_move.width - 1);
+  const int y = std::clamp(static_cast<int>(gray_px.y() / 2), 0, frame.may_move.height - 1);
   return frame.may_move.At(x, y) > 0;
 }
 

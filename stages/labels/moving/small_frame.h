@@ -14,8 +14,8 @@ struct SmallFrame {
   GrayImage gray;
   DepthImage depth;    // metres: of each block of pixels the median of those measured; 0: none
   GrayImage may_move;  // at the size of depth, 255 where labels say so; empty: no labels
-  std::vector<GrayPoint> corners;  // of gray
-  FlowPyramid pyramid;             // of gray, for optical flow
+  std::vector<Eigen::Vector2f> corners;  // of gray
+  FlowPyramid pyramid;                   // of gray, for optical flow
 };
 
 // The cameras of these two, with the distortion of the whole one.
@@ -41,9 +41,9 @@ SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera);
 GrayImage EnlargeDepthMask(const GrayImage& mask, const SmallCamera& small, const Camera& whole);
 
 // The depth under a pixel of the gray picture; 0 where none is measured.
-float DepthAt(const SmallFrame& frame, const GrayPoint& gray_px);
+float DepthAt(const SmallFrame& frame, const Eigen::Vector2f& gray_px);
 
 // Whether labels say that what a pixel of the gray picture shows may move.
-bool MayMove(const SmallFrame& frame, const GrayPoint& gray_px);
+bool MayMove(const SmallFrame& frame, const Eigen::Vector2f& gray_px);
 
 }  // namespace nightmap

@@ -60,8 +60,8 @@ struct Picture {
   SmallFrame frame;
   Image<std::uint8_t> is_mover;
 
-  bool ShowsMover(const GrayPoint& at) const {
-    return is_mover.At(cvRound(at.x), cvRound(at.y)) != 0;
+  bool ShowsMover(const Eigen::Vector2f& at) const {
+    return is_mover.At(cvRound(at.x()), cvRound(at.y())) != 0;
   }
 };
 
@@ -102,7 +102,7 @@ inline Picture See(const SmallCamera& camera, const View& view) {
     }
   }
   picture.frame.corners = Corners(picture.frame.gray, 10);
-  picture.frame.pyramid = FlowPyramid(picture.frame.gray, kWindow_px);
+  picture.frame.pyramid = FlowPyramid(picture.frame.gray, {kWindow_px});
   return picture;
 }
 

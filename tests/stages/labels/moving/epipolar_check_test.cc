@@ -22,9 +22,11 @@ struct Shares {
 
 class EpipolarCheckTest : public testing::Test {
  protected:
-  std::vector<GrayPoint> Find(const Picture& before, const Picture& now, std::uint64_t seed = 1) {
+  std::vector<Eigen::Vector2f> Find(const Picture& before,
+                                    const Picture& now,
+                                    std::uint64_t seed = 1) {
     return MovingPoints(options_, kWindow_px, camera_, before.frame, now.frame, seed)
-        .value_or(std::vector<GrayPoint>());
+        .value_or(std::vector<Eigen::Vector2f>());
   }
 
   Shares Find(const View& view) {
@@ -93,18 +95,18 @@ TEST_F(EpipolarCheckTest, PointsAreReturnedAsSeen) {
   const Picture before = See(camera_, {});
   const auto points = Find(before, See(camera_, {{0, 0, 0}, 0.002}));
   EXPECT_GT(points.size(), 400U);
-  for (const GrayPoint& point : points) {
+  for (const Eigen::Vector2f& point : points) {
     EXPECT_TRUE(std::ranges::any_of(
         before.frame.corners,
-        [&](const GrayPoint& corner) { return Distance_px(point, corner) < 1.5; }))
-        << point.x << ", " << point.y;
+        [&](const Eigen::Vector2f& corner) { return Distance_px(point, corner) < 1.5; }))
+        << point.x() << ", " << point.y();
   }
 }
 
 TEST_F(EpipolarCheckTest, PairsNearTheBorderAreDropped) {
   const Picture before = See(camera_, {});
   const Picture now = See(camera_, {kRight_m, 0, {0, -0.05}});
-  const auto is_near = [](const GrayPoint& at) { return at.y < 85; };
+  const auto is_near = [](const Eigen::Vector2f& at) { return at.y() < 85; };
   EXPECT_TRUE(std::ranges::any_of(Find(before, now), is_near));
   options_.border_px = 85;
   const auto inside = Find(before, now);
@@ -145,7 +147,7 @@ TEST_F(EpipolarCheckTest, TheSeedAloneDecidesWhateverOtherThreadsDraw) {
   const Picture before = See(camera_, {});
   const Picture now = See(camera_, {{0, 0, 0}, 0, {0.05, 0}});
   constexpr std::size_t kNumSeeds = 8;
-  std::vector<std::vector<GrayPoint>> once, at_once(4 * kNumSeeds);
+  std::vector<std::vector<Eigen::Vector2f>> once, at_once(4 * kNumSeeds);
   for (std::size_t seed = 0; seed < kNumSeeds; ++seed) once.push_back(Find(before, now, seed));
   EXPECT_NE(once, std::vector(kNumSeeds, once[0]));
   ParallelFor(at_once.size(), 4, [&](std::size_t i) {
@@ -158,7 +160,7 @@ TEST_F(EpipolarCheckTest, TheSeedAloneDecidesWhateverOtherThreadsDraw) {
 TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
   Image<std::int32_t> regions{4, 2, 1, {0, 1, 2, 3, 0, 1, 2, 3}};
   options_.min_moving_points = 2;
-  const std::vector<GrayPoint> points = {
+  const std::vector<Eigen::Vector2f> points = {
       {0, 0}, {1.9F, 3}, {1, 1}, {2, 0}, {3.9F, 3.9F}, {4, 1}, {7, 3}, {6, 0}, {6, 1}};
   EXPECT_EQ(RegionsThatMove(options_, regions, 3, points), (std::vector<bool>{true, false, true}));
   options_.min_moving_points = 3;
