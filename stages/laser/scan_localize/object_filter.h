@@ -15,33 +15,20 @@
 namespace nightmap {
 
 struct ObjectFilterOptions {
-  double object_distance_m = 10;
-  OPTION_AT("published_object_distance_m", object_distance_m, {0, 1000},
-            "objects as near as this to the rough position are looked for in the submap");
-  double object_margin_m = 0.2;
-  OPTION_AT("published_object_margin_m", object_margin_m, {0, 5},
-            "walls so far outside of an object's rectangle belong to it");
-  double voxel_m = 0.05;
-  OPTION_AT("published_voxel_m", voxel_m, {0.01, 1}, "of the filter of the submap's cloud");
-  double start_step_m = 0.5;
-  OPTION_AT("published_start_step_m", start_step_m, {0.05, 5},
-            "between the places that the matching of objects may start at");
-  int num_headings = 36;
-  OPTION_AT("published_num_headings", num_headings, {1, 720}, "that it may start with");
-  int num_starts = 5;
-  OPTION_AT("published_num_starts", num_starts, {1, 1000}, "per object: the nearest");
-  double max_pair_distance_m = 0.5;
-  OPTION_AT("published_max_pair_distance_m", max_pair_distance_m, {0.01, 10},
-            "points farther apart are no pair");
-  double min_overlap = 0.5;  // more speaks for the object than against it
-  OPTION_AT("published_min_overlap", min_overlap, {0, 1},
-            "share of the walls of an object in sight that beams end on where it is seen");
-  double filter_distance_m = 0.5;
-  OPTION_AT("published_filter_distance_m", filter_distance_m, {0.01, 100},
-            "candidates farther from all poses by objects are dropped");
-  double filter_angle_deg = 10;
-  OPTION_AT("published_filter_angle_deg", filter_angle_deg, {0.1, 180},
-            "candidates turned more from all poses by objects are dropped");
+  OPTION(double, object_distance_m, 10, {0, 1000},
+         "objects as near as this to the rough position are looked for in the submap");
+  double object_margin_m = 0.2;  // walls so far outside of an object's rectangle belong to it
+  OPTION(double, voxel_m, 0.05, {0.01, 1}, "of the filter of the submap's cloud");
+  double start_step_m = 0.5;         // between the places that the matching of objects may start at
+  int num_headings = 36;             // that it may start with
+  int num_starts = 5;                // per object: the nearest
+  double max_pair_distance_m = 0.5;  // points farther apart are no pair
+  OPTION(double, min_overlap, 0.5, {0, 1},
+         "share of the walls of an object in sight that beams end on where it is seen");
+  OPTION(double, filter_distance_m, 0.5, {0.01, 100},
+         "candidates farther from all poses by objects are dropped");
+  OPTION(double, filter_angle_deg, 10, {0.1, 180},
+         "candidates turned more from all poses by objects are dropped");
   REGISTER_OPTIONS();
 };
 

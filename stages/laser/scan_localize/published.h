@@ -17,9 +17,8 @@ namespace nightmap {
 struct PublishedOptions {
   OPTIONS_OF(TemplateOptions, search);
   OPTIONS_OF(ObjectFilterOptions, filter);
-  double refine_gate_m = 0.5;
-  OPTION_AT("published_refine_gate_m", refine_gate_m, {0.01, 10},
-            "points as near as this to a wall take part in the refinement");
+  OPTION(double, refine_gate_m, 0.5, {0.01, 10},
+         "points as near as this to a wall take part in the refinement");
   REGISTER_OPTIONS();
 };
 

@@ -25,7 +25,7 @@ struct ScanLocalizeOptions {
          "longer sides of objects are cut to this, with a notice");
   OPTIONS_OF(ScanMapOptions, map);
   OPTIONS_OF(CandidateOptions, candidates);
-  OPTIONS_OF(PublishedOptions, published);
+  OPTIONS_OF(PublishedOptions, published, "published_");
   OPTIONS_OF(VerdictOptions, verdict);
   REGISTER_OPTIONS();
 };

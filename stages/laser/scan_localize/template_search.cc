@@ -54,14 +54,8 @@ class LevelMatcher {
     const cv::Rect window(
         corner.x(), corner.y(), size.x() + submap.image.width, size.y() + submap.image.height);
     const cv::Mat seen = ToMat(submap) != kNonFreePixel;
-    const bool is_squared = options_.similarity == "sqdiff";
     cv::Mat scores;
-    cv::matchTemplate(ToMat(image_)(window),
-                      ToMat(submap),
-                      scores,
-                      is_squared ? cv::TM_SQDIFF : cv::TM_CCOEFF_NORMED,
-                      seen);
-    if (is_squared) scores = 1 - scores / (255.0 * 255.0 * std::max(1, cv::countNonZero(seen)));
+    cv::matchTemplate(ToMat(image_)(window), ToMat(submap), scores, cv::TM_CCOEFF_NORMED, seen);
     // Where the map has one value alone, a coefficient is a quotient of rounding errors.
     scores.setTo(0, (scores > 1.001) | (scores < 0) | (scores != scores));
     return scores;

@@ -13,28 +13,15 @@
 namespace nightmap {
 
 struct TemplateOptions {
-  std::string similarity = "ccoeff_normed";
-  OPTION_AT("published_similarity", similarity, {"ccoeff_normed", "sqdiff"},
-            "of the picture of the submap and that of the map");
-  int num_angles = 120;
-  OPTION_AT("published_num_angles", num_angles, {4, 3600}, "headings of the submap");
-  double resolution_m = 0.1;
-  OPTION_AT("published_resolution_m", resolution_m, {0.01, 1},
-            "pixels of the finest level of the pyramid");
-  int num_levels = 2;
-  OPTION_AT("published_num_levels", num_levels, {1, 6}, "of the pyramid");
-  double max_range_m = 15;
-  OPTION_AT("published_max_range_m", max_range_m, {1, 100},
-            "the picture of the submap ends at this distance from the laser");
+  OPTION(int, num_angles, 120, {4, 3600}, "headings of the submap");
+  double resolution_m = 0.1;  // pixels of the finest level of the pyramid
+  OPTION(int, num_levels, 2, {1, 6}, "of the pyramid");
+  double max_range_m = 15;  // the picture of the submap ends at this distance from the laser
+  // Places with a smaller share of the best similarity are no candidates.
   double min_share_of_best = 0.4;
-  OPTION_AT("published_min_share_of_best", min_share_of_best, {0, 1},
-            "places with a smaller share of the best similarity are no candidates");
-  int max_candidates = 40;
-  OPTION_AT("published_max_candidates", max_candidates, {1, 1000},
-            "places that the pyramid follows; the most similar");
-  double suppression_radius_m = 0.5;
-  OPTION_AT("published_suppression_radius_m", suppression_radius_m, {0, 10},
-            "of places so near to each other, at about one heading, the most similar stays");
+  int max_candidates = 40;  // places that the pyramid follows; the most similar
+  OPTION(double, suppression_radius_m, 0.5, {0, 10},
+         "of places so near to each other, at about one heading, the most similar stays");
   REGISTER_OPTIONS();
 };
 
