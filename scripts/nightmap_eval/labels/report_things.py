@@ -27,7 +27,7 @@ FIGURES = dict.fromkeys(("?found_percent", "?false_percent", "?nowhere_percent",
 def sections(site, metrics):
     things = read_things(site)
     if things is None:
-        return [html.section(TITLE, html.paragraph("The objects stage did not run.", "note"))]
+        return [html.section(TITLE, html.paragraph("The things stage did not run.", "note"))]
     if not things:
         return [html.section(TITLE, html.paragraph("No thing was found.", "note"))]
     said = [html.paragraph(f"Things that stand in the map: {len(things)}. Each box has a name; its front is the side with the thick "
@@ -81,8 +81,8 @@ def _size(box):
 
 
 def _accuracy(metrics):
-    found = metrics.get("sections", {}).get("objects", {})
-    check(found, FIGURES, "evaluate/metrics.json: sections: objects")
+    found = metrics.get("sections", {}).get("things", {})
+    check(found, FIGURES, "evaluate/metrics.json: sections: things")
     if not found.get("has_truth"):
         return []
     rows = [
