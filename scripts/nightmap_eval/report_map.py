@@ -7,10 +7,9 @@ from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import Frames, read_csv
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_plan import drive_section, plan_section
-from nightmap_eval.trajectory import Similarity, associate, read_truth, read_tum, rotation_matrices
+from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, read_tum, rotation_matrices
 from nightmap_site.checked_reading import read_object, using
 
-MAX_GAP_NS = 20_000_000
 GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
@@ -100,7 +99,7 @@ def trajectory_section(site, metrics):
     if truth is None:
         picture = drawing.trajectory_png(estimate.positions_m, None, loops)
     else:
-        pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
+        pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
         shown = truth.positions_m[pairs[:, 1]]
         picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)

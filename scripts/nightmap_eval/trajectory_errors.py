@@ -23,6 +23,20 @@ def absolute_errors(estimate, truth, alignment):
     return translation_m, rotation_deg
 
 
+def coverage(frames, estimate, num_unusable, guessed=(), more=None):
+    """Counts of the recording's frames with and without a pose. guessed: frames whose pose does not count; more: further figures."""
+    located = set(estimate.times_ns.tolist())
+    missing = [int(i) for i, time_ns in zip(frames.frame_idxs, frames.times_ns) if int(time_ns) not in located]
+    num_without = len({*missing, *guessed})
+    return {"num_frames": len(frames) + num_unusable,
+            "num_frames_with_pose": len(frames) - num_without,
+            "num_frames_without_pose": num_without + num_unusable,
+            "num_frames_unusable": num_unusable,
+            "frames_without_pose": missing,
+            **(more or {}),
+            "path_length_m": path_length_m(estimate.positions_m)}  # fmt: skip
+
+
 def absolute_figures(estimate, truth, alignment):
     """Figures of the absolute errors after an alignment (truth_from_map)."""
     translation_m, rotation_deg = absolute_errors(estimate, truth, alignment)

@@ -7,11 +7,10 @@ import numpy as np
 
 from nightmap_eval.floor_accuracy import RECORD_AGAIN, truth_folder
 from nightmap_eval.labels.box_overlap import UprightBox
-from nightmap_eval.trajectory import associate, read_truth, read_tum, umeyama
+from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum, umeyama
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.script_errors import DataError
 
-MAX_GAP_NS = 20_000_000  # between a frame and its true pose
 BOX = {"center_m": [NUMBER], "half_size_m": [NUMBER], "yaw_rad": NUMBER, "label": int}
 RECTANGLE = {"origin_m": [NUMBER], "edge_u_m": [NUMBER], "edge_v_m": [NUMBER], "label": int}
 TRUTH = {"labels": [str], "boxes": [BOX], "rectangles": [RECTANGLE], "?things": [BOX | {"class": str}]}
@@ -69,5 +68,5 @@ def building_from_map(site):
     if path is None or not site.ground_truth.exists():
         return None
     estimate, truth = read_tum(path), read_truth(site.ground_truth)
-    pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
+    pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
     return umeyama(estimate.positions_m[pairs[:, 0]], truth.positions_m[pairs[:, 1]], with_scale=False)
