@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares loop closures with the truth: false accepted loops, and revisits that a loop closed."""
 
+from collections import Counter
+
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, read_hdf5
@@ -35,13 +37,8 @@ def read_relative_poses(path):
 
 def loop_counts(rows):
     """Counts loops by status, and rejected loops by reason."""
-    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
-    for row in rows:
-        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
-        if row["status"] != "accepted":
-            reasons = figures["rejected_by_reason"]
-            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
-    return figures
+    rejected = [row["reason"] for row in rows if row["status"] != "accepted"]
+    return {"num_accepted": len(rows) - len(rejected), "num_rejected": len(rejected), "rejected_by_reason": dict(Counter(rejected))}
 
 
 def is_true_loop(row, relative, rotation_of, position_of, max_error_m):

@@ -52,12 +52,8 @@ RELATIONS = {f"{name}_{kind}_{unit}": UNKNOWN_OR_NUMBER if kind == "std" else NU
 MEDIANS = [f"{statistic}_{kind}" for statistic in ("median", "p90")
            for kind in ("translation_error_cm", "rotation_error_deg")]  # fmt: skip
 RECALLS = [f"recall_{max_cm}cm_{max_deg}deg_percent" for max_cm, max_deg in RECALL_THRESHOLDS]
+RELATIVE = [f"{name}_{kind}_{unit}" for name, unit in (("translation", "m"), ("rotation", "deg")) for kind in ("rmse", "median")]
 PROTOCOL = dict.fromkeys(MEDIANS + RECALLS, UNKNOWN_OR_NUMBER) | {"num_wrong": int}
-
-
-def _relative(suffix):
-    names = [f"translation_{kind}_m{suffix}" for kind in ("rmse", "median")]
-    return dict.fromkeys(names + [f"rotation_{kind}_deg{suffix}" for kind in ("rmse", "median")], NUMBER)
 
 
 def read_metrics(path):
@@ -68,7 +64,7 @@ def read_metrics(path):
     for name, suffix in (("rpe_per_frame", ""), ("rpe_per_metre", "_per_m")):
         motion = metrics.get("trajectory", {}).get(name, {})
         if motion.get("num_pairs"):
-            check(motion, _relative(suffix), f"{path}: {name}")
+            check(motion, {f"{error}{suffix}": NUMBER for error in RELATIVE}, f"{path}: {name}")
     queries = metrics.get("queries", {})
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")

@@ -39,9 +39,5 @@ def draw(axes, voxels, image, extent_m, opacity=1.0):
 def legend_of(voxels, image):
     """A patch for each class of the picture, for its legend."""
     shown = np.unique(image[image != NO_VOXEL])
-    return [Patch(facecolor=voxels.colors[i], edgecolor="#888888", label=_plain(voxels.names[i])) for i in shown]
-
-
-def _plain(name):
-    """A name in which Matplotlib finds no formula."""
-    return name.replace("$", r"\$")
+    plain = [name.replace("$", r"\$") for name in voxels.names]  # in which Matplotlib finds no formula
+    return [Patch(facecolor=voxels.colors[i], edgecolor="#888888", label=plain[i]) for i in shown]

@@ -69,14 +69,10 @@ def _sizes(voxels, images):
     num = len(voxels.names)
     num_voxels = np.bincount(voxels.labels, minlength=num)
     seen = sum(np.bincount(image[image != label_drawing.NO_VOXEL], minlength=num) for image in images)
-    rows = [(swatch(voxels.colors[i]), voxels.names[i], int(num_voxels[i]), float(seen[i] * voxels.resolution_m**2))
+    square = '<span style="display:inline-block;width:.9em;height:.9em;border:1px solid #888;background:{}"></span>'
+    rows = [(html.Raw(square.format(voxels.colors[i])), voxels.names[i], int(num_voxels[i]), float(seen[i] * voxels.resolution_m**2))
             for i in np.flatnonzero(num_voxels)]  # fmt: skip
     return html.table(("", "Class", "Voxels", "Seen from above (m²)"), rows)
-
-
-def swatch(color):
-    """A small square of a color "#rrggbb"."""
-    return html.Raw(f'<span style="display:inline-block;width:.9em;height:.9em;border:1px solid #888;background:{color}"></span>')
 
 
 def _accuracy(metrics):
@@ -94,8 +90,4 @@ def _accuracy(metrics):
     for name, of_class in found.get("classes", {}).items():
         check(of_class, {"num_voxels": int, "right_percent": PERCENT}, f"evaluate/metrics.json: sections: join_labels: {name}")
         rows.append((f"{of_class['num_voxels']} voxels of class {name}: right (%)", of_class["right_percent"]))
-    return [html.table(("Voxels against the made-up building", ""), [(title, _cell(value)) for title, value in rows])]
-
-
-def _cell(value):
-    return "n/a" if value is None else float(value)
+    return [html.table(("Voxels against the made-up building", ""), [(title, "n/a" if value is None else float(value)) for title, value in rows])]

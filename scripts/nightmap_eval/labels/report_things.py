@@ -54,30 +54,22 @@ def _floor_png(site, floor, voxels, things):
         label_drawing.draw(axes, voxels, *seen, OPACITY)
     elif site.made("grid", "yaml"):
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / floor["yaml"]))
-    else:
-        _show_all(axes, things)
+    else:  # the boxes set the limits
+        corners_m = np.concatenate([np.zeros((1, 2)), *(thing.box.corners_m() for thing in things)])
+        axes.set_xlim(corners_m[:, 0].min() - 1, corners_m[:, 0].max() + 1)
+        axes.set_ylim(corners_m[:, 1].min() - 1, corners_m[:, 1].max() + 1)
     draw_things(axes, things)
     return drawing.to_png(figure)
-
-
-def _show_all(axes, things):
-    """Where no map is drawn, the boxes set the limits."""
-    corners_m = np.concatenate([np.zeros((1, 2)), *(thing.box.corners_m() for thing in things)])
-    axes.set_xlim(corners_m[:, 0].min() - 1, corners_m[:, 0].max() + 1)
-    axes.set_ylim(corners_m[:, 1].min() - 1, corners_m[:, 1].max() + 1)
 
 
 def _table(site, things):
     with_picture = set(np.linspace(0, len(things) - 1, min(MAX_PICTURES, len(things))).astype(int).tolist())
     if len(with_picture) < len(things):
         yield html.paragraph(f"{len(with_picture)} of the {len(things)} things, spread over the list, have a picture.", "note")
-    rows = [(thing.name, thing.class_name, _size(thing.box), thing.num_views, round(100 * thing.confidence),
-             thumbnail(site, thing) if i in with_picture else "") for i, thing in enumerate(things)]  # fmt: skip
+    rows = [(thing.name, thing.class_name, " x ".join(f"{2 * half_m:.2f}" for half_m in thing.box.half_size_m), thing.num_views,
+             round(100 * thing.confidence), thumbnail(site, thing) if i in with_picture else "")
+            for i, thing in enumerate(things)]  # fmt: skip
     yield html.table(("Name", "Class", "Depth x width x height (m)", "Views", "Confidence (%)", "Best view"), rows)
-
-
-def _size(box):
-    return " x ".join(f"{2 * half_m:.2f}" for half_m in box.half_size_m)
 
 
 def _accuracy(metrics):

@@ -38,7 +38,8 @@ def read_true_building(site):
         return None
     truth = read_object(path, TRUTH, RECORD_AGAIN)
     boxes = [(entry["label"], _box(entry)) for entry in truth["boxes"]]
-    rectangles = [(entry["label"], _rectangle(entry)) for entry in truth["rectangles"]]
+    rectangles = [(entry["label"], Rectangle(np.array(entry["origin_m"], float), np.array([*entry["edge_u_m"], *entry["edge_v_m"]], float)))
+                  for entry in truth["rectangles"]]  # fmt: skip
     things = [(entry["class"], _box(entry)) for entry in truth.get("things", [])]
     _check(path, len(truth["labels"]), boxes, rectangles, things)
     return TrueBuilding(truth["labels"], boxes, rectangles, things)
@@ -46,10 +47,6 @@ def read_true_building(site):
 
 def _box(entry):
     return UprightBox(np.array(entry["center_m"], float), np.array(entry["half_size_m"], float), float(entry["yaw_rad"]))
-
-
-def _rectangle(entry):
-    return Rectangle(np.array(entry["origin_m"], float), np.array([*entry["edge_u_m"], *entry["edge_v_m"]], float))
 
 
 def _check(path, num_labels, boxes, rectangles, things):

@@ -32,10 +32,10 @@ def _truth_checks(site):
 def _fixed_parts_check(site):
     part = largest_fixed_part(site)
     advice = "" if part is None else (
-        f"{{value:.1f}} % of the picture of camera {escaped(part.camera_id)} is the same in every view: a part of the robot, or a "
-        f"border, which a map would take for the world. survey/{part.mask} in the folder of the map is white there: look at it, copy it to "
+        f"{{value:.1f}} % of the picture of camera {escaped(part['camera_id'])} is the same in every view: a part of the robot, or a "
+        f"border, which a map would take for the world. survey/{part['mask']} in the folder of the map is white there: look at it, copy it to "
         'mask.png in the root folder of the site config, and write mask = "mask.png" in the [[camera]]')  # fmt: skip
-    return check("parts of the robot in the picture", 100 * part.share if part else 0.0, "% of the area", (-math.inf, 0),
+    return check("parts of the robot in the picture", 100 * part["share"] if part else 0.0, "% of the area", (-math.inf, 0),
                  "they stay in place while the camera moves, and say that it does not", advice, usable=(-math.inf, 10))  # fmt: skip
 
 
