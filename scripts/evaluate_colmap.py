@@ -107,17 +107,13 @@ def middle(runs, reference):
     return order[(len(runs) - 1) // 2]
 
 
-def compare(method, references):
-    """Figures of one method against every reference except itself."""
-    return {name: summaries(method, reference) for name, reference in references.items() if name != method.name}
-
-
 def method_figures(site, method, references):
+    """Figures of one method, and against every reference except itself."""
     num_located = method.num_located()
     return {
         "failed": method.failed, "models": method.models, "num_queries": len(site.rows), "num_located": num_located,
         "num_refused": len(site.rows) - num_located,
-        "against": compare(method, references) if method.parts else {},
+        "against": {name: summaries(method, reference) for name, reference in references.items() if name != method.name and method.parts},
     }  # fmt: skip
 
 

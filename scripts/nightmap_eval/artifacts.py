@@ -159,14 +159,9 @@ def to_json(value):
         raise DataError("a metric is NaN or infinite; nothing was written") from None
 
 
-def file_hash(path):
-    """SHA-256 of a file, as hex digits."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
 def hash_if_there(path):
-    """Like file_hash; None when the file is missing."""
-    return file_hash(path) if Path(path).exists() else None
+    """SHA-256 of a file, as hex digits; None when it is missing."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).exists() else None
 
 
 def write_atomic(path, content):

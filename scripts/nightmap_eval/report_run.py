@@ -70,9 +70,8 @@ def stage_section(stages):
     rows = [_stage_row(stage) for stage in stages]
     rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
-    if any("Debug" in stage.build_types() for stage in stages):
-        warning = "These times come from a Debug build; they do not show the speed of nightmap."
-        parts.append(html.paragraph(warning, "failed"))
+    if any(receipt.get("build_type") == "Debug" for stage in stages for receipt in stage.receipts):
+        parts.append(html.paragraph("These times come from a Debug build; they do not show the speed of nightmap.", "failed"))
     return html.section("Stages", *parts)
 
 

@@ -48,6 +48,9 @@ class Similarity:
     def apply(self, points_m):
         return self.scale * np.asarray(points_m) @ self.rotation.T + self.translation_m
 
+    def apply_inverse(self, points_m):
+        return (np.asarray(points_m) - self.translation_m) @ self.rotation / self.scale
+
 
 def rotation_matrices(quaternions):
     """Rotation matrices (n, 3, 3) of unit quaternions (n, 4) in the order qx qy qz qw."""

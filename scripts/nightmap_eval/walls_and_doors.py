@@ -18,9 +18,7 @@ class Sampler:
 
     def states(self, points_m):
         points = np.column_stack([points_m, np.full(len(points_m), self.height_m)])
-        offsets = points - self.building_from_map.translation_m
-        in_map = offsets @ self.building_from_map.rotation / self.building_from_map.scale
-        return state_at(self.grid, in_map[:, :2])
+        return state_at(self.grid, self.building_from_map.apply_inverse(points)[:, :2])
 
 
 def state_at(grid, points_m):

@@ -43,23 +43,21 @@ def _refuse(constant):
 
 
 def read_json(path, remedy=REMEDY):
-    text = read_text(path, remedy)
-    try:
-        return json.loads(text, parse_constant=_refuse)
-    except json.JSONDecodeError as error:
-        raise DataError(f"{path}:{error.lineno}: {error.msg}; {remedy}") from None
-    except RecursionError:
-        raise DataError(f"{path}: nested too deep; {remedy}") from None
-    except ValueError as error:
-        raise DataError(f"{path}: {error}; {remedy}") from None
+    return _parsed(path, remedy, lambda text: json.loads(text, parse_constant=_refuse))
 
 
 def read_toml(path, remedy=REMEDY):
     import tomllib  # a slow import, and most callers read no TOML
 
+    return _parsed(path, remedy, tomllib.loads)
+
+
+def _parsed(path, remedy, parse):
     text = read_text(path, remedy)
     try:
-        return tomllib.loads(text)
+        return parse(text)
+    except json.JSONDecodeError as error:
+        raise DataError(f"{path}:{error.lineno}: {error.msg}; {remedy}") from None
     except RecursionError:
         raise DataError(f"{path}: nested too deep; {remedy}") from None
     except ValueError as error:

@@ -46,7 +46,7 @@ def landmark_figures(site, ceiling_map, ceiling, alignments):
         return figures
     limit = quantile(ELLIPSOID_PROBABILITY, 3)
     for name, building_from_map in alignments.items():
-        errors_m = ceiling_map.landmark_position_m[rows] - inverse_apply(building_from_map, true_m)
+        errors_m = ceiling_map.landmark_position_m[rows] - building_from_map.apply_inverse(true_m)
         distances_m = np.linalg.norm(errors_m, axis=1)
         squared = squared_mahalanobis(errors_m, ceiling_map.landmark_covariance_m2[rows])
         figures[name] = {
@@ -58,8 +58,3 @@ def landmark_figures(site, ceiling_map, ceiling, alignments):
             "inside_percent": 100 * float(np.mean(squared <= limit)),
         }
     return figures
-
-
-def inverse_apply(alignment, points_m):
-    """Points of the target frame in the source frame of an alignment."""
-    return (np.asarray(points_m) - alignment.translation_m) @ alignment.rotation / alignment.scale
