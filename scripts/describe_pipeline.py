@@ -21,7 +21,6 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 
 def filled_by(reference):
-    """Describes the source of a port in a few words."""
     if " else " in reference.declared:
         return reference.declared.replace(" by hash", "").replace(" if made", "").replace(" if any", "")
     if reference.source:
@@ -119,7 +118,6 @@ def feeds(pipeline):
 
 
 def drawing(pipeline):
-    """The order of jobs, as a Mermaid flow chart."""
     edges = [f"  {source} --> {name}" for name, sources in feeds(pipeline).items() for source in sources]
     return "\n".join(["```mermaid", "flowchart LR", *edges, "```"]) + "\n"
 

@@ -73,7 +73,6 @@ class ComparedSite(Site):
         refuse_mapped_queries(self.query_times, self.map_times)
 
     def truth(self):
-        """The truth as a Part, or None."""
         return Part(*map(read_truth, self.truth_paths)) if all(path.exists() for path in self.truth_paths) else None
 
     def locate_by_colmap(self, run):

@@ -34,7 +34,6 @@ def map_axes(title, size=(7.5, 6.0)):
 
 
 def line_axes(size, x, y):
-    """Axes of a line over x; both are named."""
     figure, axes = plt.subplots(figsize=size)
     axes.set_xlabel(x)
     axes.set_ylabel(y)

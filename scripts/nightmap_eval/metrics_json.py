@@ -68,7 +68,16 @@ def read_metrics(path):
     queries = metrics.get("queries", {})
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
-    check_laser(laser_figures(metrics), path)
+    laser = laser_figures(metrics)
+    if laser:
+        check(laser, LASER, f"{path}: sections")
+    for name in ("relative_1m", "relative_10m"):
+        stretch = laser.get("trajectory", {}).get(name, {})
+        if stretch.get("num_pairs"):
+            check(stretch, STRETCH, f"{path}: sections: {name}")
+    relations = laser.get("relations", {})
+    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
+        check(relations, RELATIONS, f"{path}: sections: relations")
     for figures in section_figures(metrics):
         check(figures, {"?coverage": COVERAGE, "?trajectory": SECTION_TRAJECTORY}, f"{path}: sections")
     for figures in (metrics, *section_figures(metrics)):
@@ -90,17 +99,3 @@ def lead_figures(metrics, name):
 def laser_figures(metrics):
     """The figures of laser_accuracy.py, whichever job they are of; {} without any."""
     return next((figures for figures in section_figures(metrics) if "num_scans" in figures), {})
-
-
-def check_laser(figures, path):
-    """Raises DataError unless the figures that the report shows of a laser's map are there."""
-    if not figures:
-        return
-    check(figures, LASER, f"{path}: sections")
-    for name in ("relative_1m", "relative_10m"):
-        stretch = figures.get("trajectory", {}).get(name, {})
-        if stretch.get("num_pairs"):
-            check(stretch, STRETCH, f"{path}: sections: {name}")
-    relations = figures.get("relations", {})
-    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
-        check(relations, RELATIONS, f"{path}: sections: relations")

@@ -28,7 +28,6 @@ class Trajectory:
         return len(self.times_ns)
 
     def rotations(self):
-        """Rotation matrices (n, 3, 3)."""
         return rotation_matrices(self.quaternions)
 
     def select(self, indices):

@@ -15,7 +15,6 @@ NUM_STALE = 200
 
 
 def tell_of_failure(run, code, outcome):
-    """Prints the failed jobs, and writes the report."""
     failed = outcome.failed()
     for name, exit_code in failed.items():
         ended = f"exit code {exit_code}" if exit_code is not None else "did not come to its end"
@@ -25,7 +24,6 @@ def tell_of_failure(run, code, outcome):
 
 
 def status_lines(outcome):
-    """Lines that say how the last run ended."""
     if not outcome.codes and outcome.code is None:
         yield "no run is known"
     elif outcome.code is None:

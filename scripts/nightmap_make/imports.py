@@ -88,7 +88,6 @@ def check_imports(site_config, data, imports):
 
 
 def files_of(path):
-    """The file, and the one that it names."""
     named_in = NAMED.get(os.path.splitext(path)[1])
     if not named_in:
         return [path]

@@ -20,8 +20,6 @@ from nightmap_site.script_errors import os_error_text, printable
 
 
 class MakeRun:
-    """Makes a request (Asked)."""
-
     def __init__(self, asked):
         self.asked, self.env, self.goals, self.folder = asked, asked.env, asked.goals, asked.folder
         self.is_preview = asked.is_preview

@@ -22,7 +22,6 @@ def asked_queries(request, root):
 
 
 def tables_text(queries):
-    """TOML text of [[query]] tables."""
     return "".join("[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query) for query in queries)
 
 

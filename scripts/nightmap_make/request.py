@@ -28,7 +28,6 @@ class Refused(Exception):
 
 
 def make_flags(makeflags):
-    """The single-letter flags of the call of make."""
     first = makeflags.split(" ")[0]
     return "" if first.startswith("-") or "=" in first else first
 

@@ -118,7 +118,6 @@ class RulesFile:
         return f"{self.site.folder}/lists/{paths.name}.txt"
 
     def _goals(self):
-        """The goals that have jobs."""
         return list(dict.fromkeys(job.goal for job in self.graph.pipeline.jobs.values()))
 
     def _goal(self, goal):

@@ -32,7 +32,6 @@ def read_receipt(path):
 
 
 def receipts_in(folders):
-    """Paths of the receipts in some folders."""
     found = [path for folder in folders for path in sorted(glob.glob(os.path.join(glob.escape(folder), "receipt*.json")))]
     return [path for path in found if RECEIPT.fullmatch(os.path.basename(path))]
 

@@ -25,7 +25,6 @@ def slot_path(site, job):
 
 
 def settle(graph):
-    """Writes the slots that changed."""
     site, hashes = graph.site, LazyHashes()
     for job in graph.jobs.values():
         text, current, target = _text(graph, job), f"{site.folder}/config/slots/{job.name}", slot_path(site, job)

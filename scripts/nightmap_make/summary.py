@@ -33,7 +33,6 @@ def verdict_of(path):
 
 
 def table(graph, site_dir, outcome):
-    """Lines with aligned columns: the jobs that ran, and a sum."""
     names = {rule.name: rule.job for rule in graph.rules}
     made = {}
     for name in outcome.codes:

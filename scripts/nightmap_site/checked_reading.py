@@ -64,6 +64,25 @@ def _parsed(path, remedy, parse):
         raise DataError(f"{path}: {error}; {remedy}") from None
 
 
+def read_csv(path, required=()):
+    """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
+    import csv
+    import io
+
+    rows = csv.DictReader(io.StringIO(read_text(path), newline=""))
+    try:
+        missing = [name for name in required if name not in (rows.fieldnames or [])]
+        if missing:
+            raise DataError(f"{path}: no column {', '.join(missing)}; {REMEDY}")
+        result = list(rows)
+    except csv.Error as error:
+        raise DataError(f"{path}:{rows.line_num}: {error}; {REMEDY}") from None
+    for number, row in enumerate(result, 2):
+        if None in row or None in row.values():
+            raise DataError(f"{path}:{number}: another number of columns than the header; {REMEDY}")
+    return result
+
+
 def read_object(path, shape, remedy=REMEDY):
     """A JSON file whose content is like `shape`, see check."""
     content = read_json(path, remedy)

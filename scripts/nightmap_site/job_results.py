@@ -53,7 +53,6 @@ class StageResult:
         return max((receipt["peak_memory_bytes"] for receipt in self.receipts if "peak_memory_bytes" in receipt), default=None)
 
     def skipped(self):
-        """Reason of every skipped item."""
         return [reason for report in self.reports for reason in report.get("skipped", [])]
 
     def figures(self):

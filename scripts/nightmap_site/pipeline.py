@@ -137,7 +137,6 @@ class Job:
         return self.lists or self.unit
 
     def jobs_before(self):
-        """Names of the jobs whose files it reads."""
         return [reference.job for reference in self.inputs if reference.job] + [name for name, _ in self.finds]
 
 
@@ -198,7 +197,6 @@ class Pipeline:
             raise PipelineError(f"{reference.where}: in.{reference.port}: only tiles are near each other, and {kind}s are not")
 
     def programs(self):
-        """Names of the programs, without repetition."""
         return list(dict.fromkeys(job.program for job in self.jobs.values() if job.program))
 
     def _named_options(self):
@@ -224,7 +222,6 @@ class Pipeline:
         return bool(job.lists) and decides_rules or any(self.is_read(job, output) for output in job.beside)
 
     def is_read(self, job, output):
-        """Whether a job takes this output as an input."""
         return any((reference.job, reference.output) == (job.name, output) for other in self.jobs.values() for reference in other.inputs)
 
     def _runs_per(self, unit):

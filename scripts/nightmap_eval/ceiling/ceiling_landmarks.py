@@ -7,6 +7,7 @@ from nightmap_eval.ceiling.ceiling_consistency import squared_mahalanobis
 from nightmap_eval.ceiling.chi_square import quantile
 from nightmap_eval.ceiling.true_ceiling import rays_of, read_camera
 from nightmap_eval.trajectory import interpolated
+from nightmap_eval.trajectory_errors import statistics
 
 MAX_CAMERA_GAP_NS = 500_000_000  # between the true poses of the camera around a sighting
 ELLIPSOID_PROBABILITY = 0.95
@@ -50,9 +51,7 @@ def landmark_figures(site, ceiling_map, ceiling, alignments):
         distances_m = np.linalg.norm(errors_m, axis=1)
         squared = squared_mahalanobis(errors_m, ceiling_map.landmark_covariance_m2[rows])
         figures[name] = {
-            "error_median_m": float(np.median(distances_m)),
-            "error_p90_m": float(np.percentile(distances_m, 90)),
-            "error_max_m": float(np.max(distances_m)),
+            **statistics(distances_m, "error_{}_m", "median", "p90", "max"),
             "error_max_off_edges_m": float(np.max(distances_m[~is_at_edge], initial=0)),
             "height_error_median_m": float(np.median(np.abs(errors_m[:, 2]))),
             "inside_percent": 100 * float(np.mean(squared <= limit)),

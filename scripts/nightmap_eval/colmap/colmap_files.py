@@ -43,8 +43,6 @@ def camera_parameters(camera):
 
 
 class _Bytes:
-    """Reads values from the front of a file."""
-
     def __init__(self, path):
         self.path, self.bytes, self.at = path, Path(path).read_bytes(), 0
 

@@ -7,6 +7,11 @@ from matplotlib.patches import Patch
 NO_VOXEL = -1
 BACKGROUND = (235, 235, 235)
 MAX_SIDE_PX = 4000
+BELOW_FLOOR_M, HEADROOM_M = 0.2, 2.2  # ceilings are above
+
+
+def floor_from_above(voxels, floor):
+    return from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
 
 
 def from_above(voxels, low_m, high_m):

@@ -15,7 +15,6 @@ from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_site.checked_reading import NUMBER, check
 
 TITLE = "Things"
-HEADROOM_M, BELOW_FLOOR_M = 2.2, 0.2
 FLOOR_REACH_M = 0.5  # a thing stands on the highest floor that is at most so far above its bottom
 OPACITY = 0.45  # of the classes below the boxes
 MAX_PICTURES = 24
@@ -50,8 +49,7 @@ def _floor_png(site, floor, voxels, things):
     figure, axes = drawing.map_axes(f"Things on floor {floor['number']} ({len(things)})", (9.5, 7.5))
     axes.set_aspect("equal", adjustable="box")
     if voxels is not None:
-        seen = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
-        label_drawing.draw(axes, voxels, *seen, OPACITY)
+        label_drawing.draw(axes, voxels, *label_drawing.floor_from_above(voxels, floor), OPACITY)
     elif site.made("grid", "yaml"):
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / floor["yaml"]))
     else:  # the boxes set the limits

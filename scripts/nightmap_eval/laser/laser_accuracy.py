@@ -16,7 +16,7 @@ from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, robot_figures
 from nightmap_eval.laser.wall_quality import wall_metrics
 from nightmap_eval.trajectory import associate, interpolated, path_length_m, read_tum, rotation_matrices
-from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
+from nightmap_eval.trajectory_errors import distance_pairs, relative_errors, statistics
 from nightmap_site.checked_reading import using
 from nightmap_site.script_errors import DataError
 
@@ -113,10 +113,7 @@ def stretch_metrics(matched, truth, rows, distance_m):
         return figures
     errors = relative_errors(matched, truth.select(rows), estimated[stretches[measured]])
     for name, unit, values in zip(("translation", "rotation"), ("m", "deg"), errors):
-        figures[f"{name}_mean_{unit}"] = float(np.mean(values))
-        figures[f"{name}_median_{unit}"] = float(np.median(values))
-        figures[f"{name}_p90_{unit}"] = float(np.percentile(values, 90))
-        figures[f"{name}_max_{unit}"] = float(np.max(values))
+        figures |= statistics(values, f"{name}_{{}}_{unit}", "mean", "median", "p90", "max")
     return figures | {"length_mean_m": float(np.mean(lengths_m[measured]))}
 
 
