@@ -242,5 +242,10 @@ def planar_umeyama(source_m, target_m, with_scale):
     return Similarity(scale, rotation, target_mean - scale * rotation @ source_mean, bool(size > 0))
 
 
+def travelled_m(positions_m):
+    """Path from the first position to each."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions_m, axis=0), axis=1))])
+
+
 def path_length_m(positions_m):
     return float(np.sum(np.linalg.norm(np.diff(positions_m, axis=0), axis=1)))

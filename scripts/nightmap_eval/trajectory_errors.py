@@ -7,7 +7,7 @@ ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D 
 
 import numpy as np
 
-from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umeyama
+from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, travelled_m, umeyama
 
 
 STATISTICS = {"rmse": lambda values: np.sqrt(np.mean(np.square(values))), "mean": np.mean, "median": np.median,
@@ -86,8 +86,7 @@ def distance_pairs(truth, sequence_idxs, distance_m):
     """Pairs each pose with the first later one of its sequence at least distance_m of path ahead.
 
     Returns the pairs and the path length between them."""
-    steps = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
-    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    travelled = travelled_m(truth.positions_m)
     later = np.searchsorted(travelled, travelled + distance_m - 1e-9)
     first = np.flatnonzero(later < len(travelled))
     pairs = np.stack([first, later[first]], axis=1)

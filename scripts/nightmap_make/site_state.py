@@ -49,7 +49,7 @@ class SiteState:
     def read_lists(self, pipeline, tell):
         """Reads the lists of units that exist. The job of a damaged list must run again; tell(message) says so."""
         for job in pipeline.jobs.values():
-            path = f"{self.folder}/{job.folder}/{job.first_output}"
+            path = f"{self.folder}/{job.folder}/{next(iter(job.outputs.values()))}"
             if not (pipeline.lists_units(job) or job.lists == "query") or not os.path.lexists(path):
                 continue
             try:

@@ -113,11 +113,6 @@ class Job:
         """Prefix of the names of report and receipt, needed in a recording's folder, which is not the job's own."""
         return f"{self.name}_" if self.folder == "RECORDING" else ""
 
-    @property
-    def first_output(self):
-        """File name of the output that stands for all, or that lists the units."""
-        return next(iter(self.outputs.values()))
-
     def file_of(self, output):
         """File name of an output, with {unit} in it; None when the job has no such output."""
         made = self.outputs | self.beside | self.run_files()
@@ -265,15 +260,10 @@ def closure(pipeline, goals, folders=()):
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:
             names |= {reference.job for reference in job.inputs if reference.job}
-            names |= results_before(pipeline, job) if job.script else set()
+        if job.name in names and job.script:  # it reads results: of the goals that it declares those of programs, else all that none asks for
+            names |= {other.name for other in pipeline.jobs.values() if other.when != "asked"
+                      and (not job.results_of or other.goal in job.results_of and not other.script)}  # fmt: skip
     return names
-
-
-def results_before(pipeline, script):
-    """Names of the jobs whose results a script reads, without what these need: of the goals that it declares (results_of) the
-    programs, else all jobs but those that run only on request."""
-    return {job.name for job in pipeline.jobs.values() if job.when != "asked"
-            and (not script.results_of or job.goal in script.results_of and not job.script)}  # fmt: skip
 
 
 # The sources of a site's pipeline, for scripts that get the folder of the site.
