@@ -24,12 +24,6 @@ def _any(unit):
     return ANY_UNIT.get(unit, r"[A-Za-z0-9][\w-]{0,99}")
 
 
-def _patterns(job):
-    """A pattern of the names of a job's files for any unit."""
-    files = [name for name in [*job.outputs.values(), *job.beside.values(), *job.run_files().values()] if "{unit}" in name]
-    return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), f"({_any(job.unit)})") for name in files), re.ASCII)
-
-
 def remove(site_dir, graph, kind):
     """Removes results and logs of units outside the rules."""
     if kind == "tile":
@@ -39,7 +33,12 @@ def remove(site_dir, graph, kind):
     if not jobs:
         return
     logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_({_any(kind)})\.log", re.ASCII)
-    for folder, pattern in [(graph.folder_of(job), _patterns(job)) for job in jobs] + [(f"{site_dir}/logs", logs)]:
+    patterns = [(f"{site_dir}/logs", logs)]
+    for job in jobs:
+        files = [name for name in [*job.outputs.values(), *job.beside.values(), *job.run_files().values()] if "{unit}" in name]
+        of_any = (re.escape(name).replace(re.escape("{unit}"), f"({_any(kind)})") for name in files)
+        patterns.append((graph.folder_of(job), re.compile("|".join(of_any), re.ASCII)))
+    for folder, pattern in patterns:
         for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
             found = pattern.fullmatch(name)
             if found and found[found.lastindex] not in units:

@@ -60,20 +60,12 @@ def trajectory_png(estimate_m, truth_m=None, loops_m=()):
     return to_png(figure)
 
 
-def error_png(frame_idxs, errors_m):
-    """Error of each frame after the SE(3) alignment."""
-    figure, axes = line_axes((7.5, 2.4), "frame with a pose", "error (cm)")
-    axes.plot(frame_idxs, 100 * np.asarray(errors_m), color=BLUE, lw=1)
+def error_png(x, x_name, errors_m, title=""):
+    """Error of each pose after the alignment."""
+    figure, axes = line_axes((7.5, 2.4), x_name, "error (cm)")
+    axes.plot(x, 100 * np.asarray(errors_m), color=BLUE, lw=1)
     axes.set_ylim(bottom=0)
-    axes.set_title("Position error of each frame, SE(3) alignment", fontsize=11)
-    return to_png(figure)
-
-
-def error_over_time_png(times_ns, errors_m):
-    """Error of each pose after the alignment, over the time since the first."""
-    figure, axes = line_axes((7.5, 2.4), "time (s)", "error (cm)")
-    axes.plot((times_ns - times_ns[:1]) / 1e9, 100 * np.asarray(errors_m), color=BLUE, lw=1)
-    axes.set_ylim(bottom=0)
+    axes.set_title(title, fontsize=11)
     return to_png(figure)
 
 

@@ -98,7 +98,8 @@ def trajectory_section(site, metrics):
         shown = truth.positions_m[pairs[:, 1]]
         picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
-        parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
+        errors = drawing.error_png(pairs[:, 0], "frame with a pose", errors_m, "Position error of each frame, SE(3) alignment")
+        parts.append(html.image(errors, "error of each frame"))
     parts += floor_paragraphs(site) + sensor_paragraphs(site)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 

@@ -57,17 +57,14 @@ def summary(metrics, stages):
     return "; ".join(parts) + "."
 
 
-def _stage_row(stage):
-    memory = stage.peak_memory_bytes()
-    figures = ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
-    return [stage.name, stage.num_runs, _time(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures]
-
-
 def stage_section(stages):
     if not stages:
         return html.section("Stages", html.paragraph("No receipts and no reports.", "note"))
     head = ("stage", "runs", "wall time", "peak memory", "figures")
-    rows = [_stage_row(stage) for stage in stages]
+    rows = []
+    for stage in stages:
+        memory, figures = stage.peak_memory_bytes(), ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
+        rows.append([stage.name, stage.num_runs, _time(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures])
     rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
     if any(receipt.get("build_type") == "Debug" for stage in stages for receipt in stage.receipts):

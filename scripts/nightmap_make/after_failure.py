@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """After a failed or killed run: finds the failed jobs and the stale results, and writes the report that shows them."""
 
+import contextlib
 import json
 import os
 import sys
@@ -48,6 +49,12 @@ def write_page(run, code):
     return status == 0
 
 
+def _end_of(log):
+    with contextlib.suppress(OSError), open(log, encoding="utf-8", errors="replace") as file:
+        return file.read().splitlines()[-NUM_LINES:]
+    return []
+
+
 def describe(run, code):
     """Content of failure.json: goals, failed jobs with the end of their logs, stale results."""
     outcome = last_run(run.folder)
@@ -57,11 +64,3 @@ def describe(run, code):
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],
             "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons)}  # fmt: skip
-
-
-def _end_of(log):
-    try:
-        with open(log, encoding="utf-8", errors="replace") as file:
-            return file.read().splitlines()[-NUM_LINES:]
-    except OSError:
-        return []

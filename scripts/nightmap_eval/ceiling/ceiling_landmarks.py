@@ -26,16 +26,11 @@ def true_landmarks(ceiling_map, ceiling, camera):
     rows = np.flatnonzero(np.isin(frame_of, known))
     poses = poses.select(np.searchsorted(known, frame_of[rows]))
     pixels = ceiling_map.landmark_last_raw_px[rows]
-    points_m, *around_m = (cast_pixels(ceiling, camera, poses, pixels + offset) for offset in PIXEL_OFFSETS)
+    rays = (np.einsum("nij,nj->ni", poses.rotations(), rays_of(camera, pixels + offset)) for offset in PIXEL_OFFSETS)
+    points_m, *around_m = (ceiling.cast(poses.positions_m, directions) for directions in rays)
     spread_m = np.max([np.linalg.norm(other_m - points_m, axis=1) for other_m in around_m], axis=0)
     has_end = np.isfinite(points_m[:, 0])
     return rows[has_end], points_m[has_end], ~(spread_m[has_end] < EDGE_STEP_M)
-
-
-def cast_pixels(ceiling, camera, poses, pixels):
-    """Points in the building that the camera sees at one pixel of each pose."""
-    rays = np.einsum("nij,nj->ni", poses.rotations(), rays_of(camera, pixels))
-    return ceiling.cast(poses.positions_m, rays)
 
 
 def landmark_figures(site, ceiling_map, ceiling, alignments):

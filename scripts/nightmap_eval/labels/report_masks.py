@@ -27,7 +27,11 @@ def sections(site, metrics):
     often = 100 * np.mean(shares > MUCH_PERCENT)
     if often > OFTEN_PERCENT:
         parts.append(html.paragraph(f"{often:.0f} % of these frames are masked by more than half: their poses hang on little.", "failed"))
-    parts += [html.image(_shares_png(frames, shares), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
+    figure, axes = drawing.line_axes((7.5, 2.2), "time (s)", "masked (%)")
+    times_s = np.array([int(row["time_ns"]) for row, *_ in frames]) / 1e9
+    axes.plot(times_s - times_s[0], shares, color=drawing.RED, lw=1)
+    axes.set_ylim(0, 100)
+    parts += [html.image(drawing.to_png(figure), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
     return [html.section("What moves", *parts)]
 
 
@@ -39,14 +43,6 @@ def _ghosts(site):
     report = read_object(path, {"num_regions": int, "num_ghosts": int})
     return [html.paragraph(f"{report['num_regions']} things in keyframes may move by their label and stand still. Poses use them. "
                            f"{report['num_ghosts']} of them are gone at another time, and the map is made without these.")]  # fmt: skip
-
-
-def _shares_png(frames, shares):
-    figure, axes = drawing.line_axes((7.5, 2.2), "time (s)", "masked (%)")
-    times_s = np.array([int(row["time_ns"]) for row, *_ in frames]) / 1e9
-    axes.plot(times_s - times_s[0], shares, color=drawing.RED, lw=1)
-    axes.set_ylim(0, 100)
-    return drawing.to_png(figure)
 
 
 def _pictures(site, frames, shares):

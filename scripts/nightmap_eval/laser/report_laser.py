@@ -147,5 +147,5 @@ def error_section(site, figures):
     estimate = read_tum(path)
     rows, truth = interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), estimate.times_ns, MAX_TRUTH_GAP_NS)
     errors_m = np.linalg.norm(truth_from_map.apply(estimate.positions_m[rows]) - truth.positions_m, axis=1)
-    picture = drawing.error_over_time_png(truth.times_ns, errors_m)
+    picture = drawing.error_png((truth.times_ns - truth.times_ns[:1]) / 1e9, "time (s)", errors_m)
     return html.section("Position error", html.image(picture, "position error over time"))

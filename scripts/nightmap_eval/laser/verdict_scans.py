@@ -47,10 +47,8 @@ def checks(site):
 def _gaps_check(scans, what, odometries, has_map):
     """Loops of a map that join what lies before and after a gap (verdict_parts.py) tell more."""
 
-    def is_bridged(step):
-        return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)
-
-    lost = [step for step in gap_steps(scans.times_ns).tolist() if not is_bridged(step) and _moved(scans, step)]
+    lost = [step for step in gap_steps(scans.times_ns).tolist() if _moved(scans, step)
+            and not any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)]  # fmt: skip
     if lost and has_map:
         return unknown(f"gaps between {what}", "after which the scans show another place", f"{len(lost)} parts of the way begin after gaps")
     longest_s = max(((scans.times_ns[step + 1] - scans.times_ns[step]) / 1e9 for step in lost), default=0)
