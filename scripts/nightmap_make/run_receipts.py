@@ -6,7 +6,6 @@ import glob
 import json
 import os
 import re
-import time
 import tomllib
 
 RECEIPT = re.compile(r"receipt(?:_[\w-]+)?\.json", re.ASCII)
