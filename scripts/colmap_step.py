@@ -63,8 +63,7 @@ def matches(work):
         "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree,
         VocabTreeMatching__num_images=MATCHED_WITH["queries"], **work.matching,
     )  # fmt: skip
-    num_images = MATCHED_WITH["queries"]
-    return {"matching": f"sequential and vocabulary tree of the map's features, {num_images} images retrieved"}
+    return {"matching": f"sequential and vocabulary tree of the map's features, {MATCHED_WITH['queries']} images retrieved"}
 
 
 def mapper(work, seed):
@@ -125,7 +124,7 @@ def queries(work, step):
 def register(work, run):
     require(work.root / run.map_step)
     database = work.copy_database(run.queries_step)
-    if run.is_calibrated:
+    if run.map_step == "triangulate":  # with the cameras that belong to nightmap's poses
         work.calibrate(database)
     for model in sorted((work.root / run.map_step / "models").iterdir(), key=lambda path: int(path.name)):
         registered, adjusted = (work.step.folder / kind / model.name for kind in ("registered", "models"))
@@ -155,7 +154,7 @@ STEPS = {
     **{step: functools.partial(mapper, seed=seed) for seed, step in enumerate(MAPPER_RUNS, 1)},
     "triangulate": triangulate,
     **{step: functools.partial(queries, step=step) for step in MATCHED_WITH},
-    **{run.register_step: functools.partial(register_held if run.is_held else register, run=run) for run in RUNS},
+    **{run.register_step: functools.partial(register_held if run.method.startswith("colmap_held") else register, run=run) for run in RUNS},
 }
 
 

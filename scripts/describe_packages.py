@@ -7,12 +7,10 @@ from what sources include, and which profiles and goals run these programs from 
 Exit codes: 0 done; 1 the page has no markers, or names no file; 2 wrong command line.
 """
 
-import argparse
 import re
 from pathlib import Path
 
-from describe_pipeline import variants
-from nightmap_eval.artifacts import put_between
+from describe_pipeline import print_or_write, variants
 from nightmap_site.declaration import profiles
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.script_errors import DataError, run_main
@@ -98,16 +96,5 @@ def describe(checkout, page):
     return "\n".join([*HEAD, *sorted(rows, key=lambda row: (list(HEADERS).index(row.split()[1]), not row.endswith("|  |")))]) + "\n"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="put the table into docs/packages.md")
-    arguments = parser.parse_args()
-    text = describe(CHECKOUT, PAGE.read_text(encoding="utf-8"))
-    if arguments.write:
-        put_between(PAGE, BEGIN, END, text)
-    else:
-        print(text, end="")
-
-
 if __name__ == "__main__":
-    run_main(main)
+    run_main(lambda: print_or_write(__doc__, PAGE, (BEGIN, END), lambda: describe(CHECKOUT, PAGE.read_text(encoding="utf-8"))))

@@ -21,7 +21,6 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 
 def filled_by(reference):
-    """Describes the source of a port in a few words."""
     if " else " in reference.declared:
         return reference.declared.replace(" by hash", "").replace(" if made", "").replace(" if any", "")
     if reference.source:
@@ -31,30 +30,22 @@ def filled_by(reference):
     return f"{reference.job}.{reference.output}{about.get(reference.units, '')}"
 
 
-def _results_read(script):
-    return f"results of {' and '.join(f'`make {goal}`' for goal in script.results_of)}" if script.results_of else "all results"
-
-
 def row(job, also=()):
     """also: other variants of the job, which differ only in what they read."""
     given = ", ".join(dict.fromkeys(filled_by(reference) for variant in (job, *also) for reference in variant.inputs)) or "-"
     files = ", ".join(f"`{name.replace('{unit}', 'U')}`" for name in [*job.outputs.values(), *job.beside.values()])
+    if not job.program:
+        given = f"results of {' and '.join(f'`make {goal}`' for goal in job.results_of)}" if job.results_of else "all results"
     by = f", by `{job.program}`" if job.program not in (None, job.name) else ""
-    return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given if job.program else _results_read(job)} | {files} |"
-
-
-def table(pipeline):
-    return "\n".join([*HEAD, *(row(job) for job in pipeline.jobs.values())]) + "\n"
+    return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given} | {files} |"
 
 
 def describe(configs):
     pipeline = read_pipeline(configs)
-    return f"{drawing(pipeline)}\n{table(pipeline)}{pieces_of_profiles(configs)}{jobs_of_profiles(configs, pipeline)}"
-
-
-def pieces_of_profiles(configs):
-    rows = [f"| `{profile}` | {told(DeclarationFile(configs, profile).pieces)} |" for profile in profiles(configs)]
-    return "\n".join(["", "The pieces of each profile:", "", "| profile | pieces |", "|---|---|", *rows]) + "\n"
+    jobs = [row(job) for job in pipeline.jobs.values()]
+    pieces = [f"| `{profile}` | {told(DeclarationFile(configs, profile).pieces)} |" for profile in profiles(configs)]
+    return "\n".join([drawing(pipeline), *HEAD, *jobs, "", "The pieces of each profile:", "", "| profile | pieces |", "|---|---|", *pieces,
+                      jobs_of_profiles(configs, pipeline)])  # fmt: skip
 
 
 def told(pieces):
@@ -127,21 +118,19 @@ def feeds(pipeline):
 
 
 def drawing(pipeline):
-    """The order of jobs, as a Mermaid flow chart."""
     edges = [f"  {source} --> {name}" for name, sources in feeds(pipeline).items() for source in sources]
     return "\n".join(["```mermaid", "flowchart LR", *edges, "```"]) + "\n"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="put them into docs/pipeline.md")
-    arguments = parser.parse_args()
-    text = describe(str(CHECKOUT / "configs"))
-    if arguments.write:
-        put_between(CHECKOUT / "docs/pipeline.md", BEGIN, END, text)
+def print_or_write(about, page, markers, text_of):
+    """Prints the text, or with --write puts it between the markers of the page. about: the docstring of the script."""
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help=f"put it into docs/{page.name}")
+    if parser.parse_args().write:
+        put_between(page, *markers, text_of())
     else:
-        print(text, end="")
+        print(text_of(), end="")
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(lambda: print_or_write(__doc__, CHECKOUT / "docs/pipeline.md", (BEGIN, END), lambda: describe(str(CHECKOUT / "configs"))))

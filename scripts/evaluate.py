@@ -16,15 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.artifacts import (
-    Frames,
-    bridged_frames,
-    frames_apart,
-    num_unusable_frames,
-    to_json,
-    truths_apart,
-    write_atomic,
-)
+from nightmap_eval.artifacts import Frames, bridged_frames, frames_apart, num_unusable_frames, to_json, truths_apart, write_atomic
 from nightmap_eval.dense.cloud_accuracy import cloud_metrics
 from nightmap_eval.floor_accuracy import evaluate_floors, truth_folder
 from nightmap_eval.located_queries import VERDICTS, read_located
@@ -32,11 +24,10 @@ from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, r
 from nightmap_eval.metrics_json import lead_figures
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
-from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
-from nightmap_eval.trajectory_errors import trajectory_metrics
+from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum
+from nightmap_eval.trajectory_errors import coverage, trajectory_metrics
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.site import Site
-
 
 MAX_TURN_DEG = 30  # half of what a camera sees: no map hangs together that is wrong by more, by the same at all poses
 
@@ -46,82 +37,38 @@ def parse_arguments():
     parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
     parser.add_argument("--data", type=Path, required=True, help="folder of the recordings")
     parser.add_argument("--out", type=Path, required=True, help="metrics.json to write")
-    parser.add_argument(
-        "--site-config", type=Path, help="default: maps/<site>/config/site/<site>.toml"
-    )
-    parser.add_argument(
-        "--max-gap-s",
-        type=float,
-        default=0.02,
-        help="largest time between a frame and its true pose (s)",
-    )
+    parser.add_argument("--site-config", type=Path, help="default: maps/<site>/config/site/<site>.toml")
     return parser.parse_args()
 
 
-def evaluate_coverage(frames, estimate, bridged, apart, num_unusable):
-    """Counts of the recording's frames with and without a measured pose.
-
-    The pose of a bridged frame in the trajectory is a guess, so the frame counts as without a pose. So do
+def evaluate_coverage(site, frames, estimate):
+    """The pose of a bridged frame in the trajectory is a guess, so the frame counts as without a pose. So do
     frames in parts of the map that no loop joined to the largest, and frames that the frames stage skipped."""
-    located = set(estimate.times_ns.tolist())
-    missing = [int(i) for i, t in zip(frames.frame_idxs, frames.times_ns) if int(t) not in located]
-    num_without = len(set(missing) | set(bridged) | set(apart))
-    strangers = located - set(frames.times_ns.tolist())
+    strangers = set(estimate.times_ns.tolist()) - set(frames.times_ns.tolist())
     if strangers:
-        raise DataError(
-            f"trajectory.tum has {len(strangers)} poses of frames that the shards do not list "
-            f"(first at {min(strangers)} ns); run map_frame again"
-        )
-    return {
-        "num_frames": len(frames) + num_unusable,
-        "num_frames_with_pose": len(frames) - num_without,
-        "num_frames_without_pose": num_unusable + num_without,
-        "num_frames_unusable": num_unusable,
-        "frames_without_pose": missing,
-        "num_frames_bridged": len(bridged),
-        "frames_bridged": bridged,
-        "frames_apart": apart,
-        "path_length_m": path_length_m(estimate.positions_m),
-    }
+        raise DataError(f"trajectory.tum has {len(strangers)} poses of frames that the shards do not list "
+                        f"(first at {min(strangers)} ns); run map_frame again")  # fmt: skip
+    bridged, apart = bridged_frames(site), frames_apart(site)
+    guessed = {"num_frames_bridged": len(bridged), "frames_bridged": bridged, "frames_apart": apart}
+    figures = coverage(frames, estimate, num_unusable_frames(site), [*bridged, *apart], guessed)
+    keyframes = site.made("map_frame", "keyframes")
+    return figures | ({"num_keyframes": len(read_tum(keyframes))} if keyframes else {})
 
 
-def match_with_truth(estimate, truth, max_gap_ns):
+def match_with_truth(estimate, truth):
     """The frames with a true pose and these poses, row by row."""
-    pairs = associate(estimate.times_ns, truth.times_ns, max_gap_ns)
+    pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
     if len(pairs) < 3:
-        raise DataError(
-            f"{len(pairs)} frames have a true pose within {max_gap_ns / 1e9} s; "
-            "the ground_truth of the site config has to cover the frames, by their clock"
-        )
+        raise DataError(f"{len(pairs)} frames have a true pose within {FRAME_GAP_NS / 1e9} s; "
+                        "the ground_truth of the site config has to cover the frames, by their clock")  # fmt: skip
     return estimate.select(pairs[:, 0]), truth.select(pairs[:, 1])
 
 
-def evaluate_trajectory(frames, matched, truth):
-    """Metrics of the matched frames, and the rigid truth_from_map."""
-    row_of_time = {int(t): row for row, t in enumerate(frames.times_ns)}
-    rows = [row_of_time[int(t)] for t in matched.times_ns]
-    return trajectory_metrics(matched, truth, frames.frame_idxs[rows], frames.sequence_idxs[rows])
-
-
-def query_rows(rows, times_ns, errors):
-    """The result of each query; errors maps a query's time to its errors by name."""
-    result = []
-    for row, time_ns in zip(rows, times_ns):
-        entry = {name: row[name] for name in ("color_path", "status", "reason")}
-        entry["query_idx"] = int(row["query_idx"])  # read_located checked it
-        result.append(entry | errors.get(int(time_ns), {}))
-    return result
-
-
-def with_truth(times_ns, truth, max_gap_ns):
-    """Time of each query that has a true pose -> row of that pose."""
+def query_errors(located, truth, times_ns, map_pair):
+    """Figures for both protocols, and the errors of each query by its time; see nightmap_eval.query_errors."""
     queried_ns = np.sort(times_ns)
-    pairs = associate(queried_ns, truth.times_ns, max_gap_ns)
-    return dict(zip(queried_ns[pairs[:, 0]].tolist(), pairs[:, 1].tolist()))
-
-
-def query_errors(located, truth, truth_of, map_pair):
-    """Figures for both protocols, and the errors of each query; see nightmap_eval.query_errors."""
+    pairs = associate(queried_ns, truth.times_ns, FRAME_GAP_NS)
+    truth_of = dict(zip(queried_ns[pairs[:, 0]].tolist(), pairs[:, 1].tolist()))
     matched = located.select([i for i, t in enumerate(located.times_ns.tolist()) if t in truth_of])
     matched_truth = truth.select([truth_of[t] for t in matched.times_ns.tolist()])
     figures, errors = {}, {time_ns: {} for time_ns in matched.times_ns.tolist()}
@@ -135,34 +82,30 @@ def query_errors(located, truth, truth_of, map_pair):
     return figures, errors
 
 
-def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
+def evaluate_queries(path, truth_path, map_pair):
     """Counts of the queries and, when their truth is known, their errors. The global figures also appear
     at the top level. map_pair: mapping frames and their true poses, or None."""
     rows, times_ns, located = read_located(path)
-    figures = {"num_queries": len(rows), "num_located": len(located)}
-    figures["num_failed"] = len(rows) - len(located)
-    figures["num_by_verdict"] = {
-        verdict: sum(row["status"] == verdict for row in rows) for verdict in VERDICTS
-    }
+    figures = {"num_queries": len(rows), "num_located": len(located), "num_failed": len(rows) - len(located),
+               "num_by_verdict": {verdict: sum(row["status"] == verdict for row in rows) for verdict in VERDICTS}}  # fmt: skip
     errors = {}
     if truth_path.exists() and map_pair is not None:
-        truth = read_truth(truth_path)
-        by_protocol, errors = query_errors(
-            located, truth, with_truth(times_ns, truth, max_gap_ns), map_pair
-        )
+        by_protocol, errors = query_errors(located, read_truth(truth_path), times_ns, map_pair)
         figures |= by_protocol["global"] | by_protocol
-    figures["rows"] = query_rows(rows, times_ns, errors)
+    figures["rows"] = [{name: row[name] for name in ("color_path", "status", "reason")}
+                       | {"query_idx": int(row["query_idx"])}  # read_located checked it
+                       | errors.get(int(time_ns), {}) for row, time_ns in zip(rows, times_ns)]  # fmt: skip
     return figures
 
 
-def evaluate_loops(site, frames, max_gap_ns):
+def evaluate_loops(site, frames):
     """Counts of the loop candidates and, where the truth is known, their accuracy."""
     rows = read_loops(site.path("pose_graph", "loops_csv"))
     figures = loop_counts(rows)
     measured = site.made("loops", "loops")
     if site.ground_truth.exists() and measured:
         truth = read_truth(site.ground_truth)
-        pairs = associate(frames.times_ns, truth.times_ns, max_gap_ns)
+        pairs = associate(frames.times_ns, truth.times_ns, FRAME_GAP_NS)
         known, truth = frames.frame_idxs[pairs[:, 0]], truth.select(pairs[:, 1])
         figures |= loop_metrics(rows, read_relative_poses(measured), known, truth)
     return figures
@@ -180,50 +123,39 @@ def evaluate_map(site, truth_dir, alignment):
     return figures
 
 
-def coverage(site, estimate, frames):
-    figures = evaluate_coverage(frames, estimate, bridged_frames(site), frames_apart(site), num_unusable_frames(site))
-    keyframes = site.made("map_frame", "keyframes")
-    return figures | ({"num_keyframes": len(read_tum(keyframes))} if keyframes else {})
-
-
-def evaluate_camera(site, arguments):
+def evaluate_camera(site, site_config):
     """Figures of the camera's trajectory, the located queries, the loops and the map."""
-    max_gap_ns = round(arguments.max_gap_s * 1e9)
     estimate, frames = read_tum(site.path("map_frame", "trajectory")), Frames(site)
-    figures = {"coverage": coverage(site, estimate, frames)}
+    figures = {"coverage": evaluate_coverage(site, frames, estimate), "has_ground_truth": site.ground_truth.exists()}
     map_pair = alignment = None
-    figures["has_ground_truth"] = site.ground_truth.exists()
     if site.ground_truth.exists():
-        map_pair = match_with_truth(estimate, read_truth(site.ground_truth), max_gap_ns)
-        figures["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
+        map_pair = match_with_truth(estimate, read_truth(site.ground_truth))
+        row_of_time = {int(t): row for row, t in enumerate(frames.times_ns)}
+        rows = [row_of_time[int(t)] for t in map_pair[0].times_ns]
+        figures["trajectory"], alignment = trajectory_metrics(*map_pair, frames.frame_idxs[rows], frames.sequence_idxs[rows])
     queries = site.made("localize", "queries")
     if queries:
-        figures["queries"] = evaluate_queries(queries, site.query_ground_truth, map_pair, max_gap_ns)
+        figures["queries"] = evaluate_queries(queries, site.query_ground_truth, map_pair)
     if site.made("pose_graph", "loops_csv"):
-        figures["loops"] = evaluate_loops(site, frames, max_gap_ns)
-    truth_dir = truth_folder(site, arguments.site_config)
+        figures["loops"] = evaluate_loops(site, frames)
+    truth_dir = truth_folder(site, site_config)
     if alignment is not None and truth_dir is not None and truth_dir.exists():
         figures["map"] = evaluate_map(site, truth_dir, alignment)
     return figures
 
 
-def refuse_truths_apart(site):
-    """A truth that fits no frame would pass for no truth."""
-    for file, _, what in truths_apart(site):
-        raise DataError(f"{file}: {what}")
-
-
 def evaluate(arguments):
     site = Site(arguments.site_dir, arguments.data)
-    refuse_truths_apart(site)
+    for file, _, what in truths_apart(site):  # such a truth would pass for none
+        raise DataError(f"{file}: {what}")
     metrics = {"format": "nightmap metrics", "version": 1, "site": site.name}
     if site.has_camera() and site.has("map_frame"):
-        metrics |= evaluate_camera(site, arguments)
+        metrics |= evaluate_camera(site, arguments.site_config)
     else:
         metrics["has_ground_truth"] = site.robot_truth.exists()
         queries = site.made("localize", "queries")
         if queries:
-            metrics["queries"] = evaluate_queries(queries, site.query_ground_truth, None, round(arguments.max_gap_s * 1e9))
+            metrics["queries"] = evaluate_queries(queries, site.query_ground_truth, None)
     for job, module in site.sections("evaluation"):
         metrics.setdefault("sections", {})[job.name] = module.evaluate(site)
     return metrics

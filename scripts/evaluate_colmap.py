@@ -73,7 +73,6 @@ class ComparedSite(Site):
         refuse_mapped_queries(self.query_times, self.map_times)
 
     def truth(self):
-        """The truth as a Part, or None."""
         return Part(*map(read_truth, self.truth_paths)) if all(path.exists() for path in self.truth_paths) else None
 
     def locate_by_colmap(self, run):
@@ -107,17 +106,13 @@ def middle(runs, reference):
     return order[(len(runs) - 1) // 2]
 
 
-def compare(method, references):
-    """Figures of one method against every reference except itself."""
-    return {name: summaries(method, reference) for name, reference in references.items() if name != method.name}
-
-
 def method_figures(site, method, references):
+    """Figures of one method, and against every reference except itself."""
     num_located = method.num_located()
     return {
         "failed": method.failed, "models": method.models, "num_queries": len(site.rows), "num_located": num_located,
         "num_refused": len(site.rows) - num_located,
-        "against": compare(method, references) if method.parts else {},
+        "against": {name: summaries(method, reference) for name, reference in references.items() if name != method.name and method.parts},
     }  # fmt: skip
 
 

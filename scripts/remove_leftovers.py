@@ -24,20 +24,6 @@ def _any(unit):
     return ANY_UNIT.get(unit, r"[A-Za-z0-9][\w-]{0,99}")
 
 
-def _patterns(job):
-    """A pattern of the names of a job's files for any unit."""
-    files = [name for name in [*job.outputs.values(), *job.beside.values(), *job.run_files().values()] if "{unit}" in name]
-    return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), f"({_any(job.unit)})") for name in files), re.ASCII)
-
-
-def leftovers(folder, pattern, units):
-    """Paths of the files in a folder whose unit is not in the set."""
-    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
-        found = pattern.fullmatch(name)
-        if found and found[found.lastindex] not in units:
-            yield os.path.join(folder, name)
-
-
 def remove(site_dir, graph, kind):
     """Removes results and logs of units outside the rules."""
     if kind == "tile":
@@ -47,15 +33,24 @@ def remove(site_dir, graph, kind):
     if not jobs:
         return
     logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_({_any(kind)})\.log", re.ASCII)
-    for folder, pattern in [(graph.folder_of(job), _patterns(job)) for job in jobs] + [(f"{site_dir}/logs", logs)]:
-        for path in list(leftovers(folder, pattern, units)):
-            os.remove(path)
+    patterns = [(f"{site_dir}/logs", logs)]
+    for job in jobs:
+        files = [name for name in [*job.outputs.values(), *job.beside.values(), *job.run_files().values()] if "{unit}" in name]
+        of_any = (re.escape(name).replace(re.escape("{unit}"), f"({_any(kind)})") for name in files)
+        patterns.append((graph.folder_of(job), re.compile("|".join(of_any), re.ASCII)))
+    for folder, pattern in patterns:
+        for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
+            found = pattern.fullmatch(name)
+            if found and found[found.lastindex] not in units:
+                os.remove(os.path.join(folder, name))
 
 
 def remove_gone(site_dir, graph, configs="configs"):
     """Removes the results and logs of jobs that the site no longer has; returns the names of their folders. Looks for them
     when the jobs are others than the last time."""
-    here = [job for job in graph.pipeline.jobs.values() if _is_here(graph, job)]
+    # Jobs that run when asked for keep their results, and so do those of queries while the config asks for some.
+    here = [job for job in graph.pipeline.jobs.values()
+            if job.name in graph.jobs or job.when == "asked" or job.when == "queries" and graph.site.may_have_queries()]  # fmt: skip
     jobs = "".join(f"{job.folder}/{name} of {job.name}\n" for job in here for name in [*job.outputs.values(), *job.beside.values()])
     if has_text(f"{site_dir}/{JOBS_FILE}", jobs):
         return []
@@ -70,11 +65,6 @@ def remove_gone(site_dir, graph, configs="configs"):
         folders += [folder] if paths and folder != "logs" else []
     write_if_changed(f"{site_dir}/{JOBS_FILE}", jobs)
     return folders
-
-
-def _is_here(graph, job):
-    """Jobs that run when asked for keep their results, and so do those of queries while the config asks for some."""
-    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and graph.site.may_have_queries()
 
 
 def _files_of(jobs):

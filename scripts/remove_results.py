@@ -35,32 +35,25 @@ class Removal:
             where = error.filename if isinstance(error.filename, str) else folder
             print(f"nightmap: {printable(where)}: {error.strerror}: correct its permissions", file=sys.stderr)
 
-    def site(self, folder):
-        if not os.path.lexists(folder):
-            return
-        if _has(folder, SITE_MARKS) or _names(folder) == [".lock"]:
+    def remove_if(self, is_ours, folder, otherwise):
+        if is_ours:
             self.remove(folder)
-        else:
-            _leave(folder, "no results of a site")
+        elif os.path.lexists(folder):
+            print(f"left {printable(folder)}: {otherwise}")
 
-    def all_sites(self, maps):
+    def site(self, folder):
+        self.remove_if(_has(folder, SITE_MARKS) or _names(folder) == [".lock"], folder, "no results of a site")
+
+    def everything(self, maps, data, builds):
         for folder in _entries(maps):
             self.site(folder)
         if os.path.isdir(maps) and not os.path.islink(maps) and not _names(maps):
             self.remove(maps)
-
-    def recordings(self, data):
         for folder in _entries(data):
             if _has(folder, (RECORDING_MARK,)):
                 self.remove(folder)
-
-    def build(self, folder):
-        if not os.path.lexists(folder):
-            return
-        if _has(folder, BUILD_MARKS):
-            self.remove(folder)
-        else:
-            _leave(folder, "no build of nightmap")
+        for folder in builds:
+            self.remove_if(_has(folder, BUILD_MARKS), folder, "no build of nightmap")
 
 
 def _names(folder):
@@ -75,20 +68,13 @@ def _has(folder, marks):
     return os.path.isdir(folder) and any(os.path.lexists(os.path.join(folder, mark)) for mark in marks)
 
 
-def _leave(path, reason):
-    print(f"left {printable(path)}: {reason}")
-
-
 def main(arguments):
     removal = Removal()
     match arguments:
         case ["site", folder]:
             removal.site(folder)
         case ["all", maps, data, *builds]:
-            removal.all_sites(maps)
-            removal.recordings(data)
-            for folder in builds:
-                removal.build(folder)
+            removal.everything(maps, data, builds)
         case _:
             print(__doc__, file=sys.stderr)
             return 2

@@ -21,7 +21,7 @@ try:
     from nightmap_eval.report_failure import failure_section, read_failure
     from nightmap_eval.report_map import map_sections
     from nightmap_eval.report_run import run_sections, summary
-    from nightmap_eval.report_verdict import verdict_section, verdict_text
+    from nightmap_eval.report_verdict import verdict_parts
     from nightmap_site.job_results import read_stages
     from nightmap_site.script_errors import DataError, run_main
     from nightmap_site.site import Site
@@ -55,16 +55,16 @@ def make_report(site_dir, data, of_what_is_whole=False):
 
 def lead_and_sections(site, data):
     metrics = read_metrics(site.made("evaluate", "metrics"))
-    stages = read_stages(site)
+    stages, (verdict, about_verdict) = read_stages(site), verdict_parts(site)
     sections = [
-        *filter(None, [verdict_section(site)]),
+        *about_verdict,
         *map_sections(site, metrics),
         *([query_section(site, metrics, data)] if has_queries(site) else []),
         *filter(None, [comparison_section(site)]),
         *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
         *run_sections(site, metrics, stages),
     ]
-    return verdict_text(site) + summary(metrics, stages), sections
+    return verdict + summary(metrics, stages), sections
 
 
 def has_queries(site):

@@ -22,7 +22,6 @@ NUM_OWN = 12
 
 
 def table(queries, floors, asks):
-    """Lines with aligned columns."""
     titles = [asks.removesuffix("s"), "verdict", "x (m)", "y (m)", "z (m)", "heading (deg)",
               *(["floor"] if floors.are_several else []), "sigma (cm)", "sigma (deg)", "reason"]  # fmt: skip
     rows = [titles, *(_cells(query, floors) for query in queries)]

@@ -17,7 +17,6 @@ ALTERED = {"outputs": "altered since it was written", "inputs": "not the input i
 
 
 def check_receipt(path, hashes):
-    """Problems of one run."""
     try:
         receipt = Receipt(path)
     except DataError as error:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// objects.json: things with names that stand in the map, each as an upright box. One thing per
+// things.json: things with names that stand in the map, each as an upright box. One thing per
 // line.
 #pragma once
 

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Readers of the artifacts under maps/<site>/, and the atomic writer of the scripts' outputs."""
 
-import csv
 import hashlib
-import io
 import json
 import os
 from contextlib import contextmanager
@@ -14,27 +12,11 @@ import numpy as np
 
 from nightmap_eval.sealed_hdf5 import checked_array, checked_text
 from nightmap_eval.writing_folder import WritingFolder
-from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_text, using
+from nightmap_site.checked_reading import NUMBER, REMEDY, read_csv, read_object, read_text, using
 from nightmap_site.script_errors import DataError, writing
 from nightmap_site.unit_lists import read_shards, whole
 
 BRIDGED, STARTED = 1, 2  # states of the odometry: a guessed pose; the start of a part that only a guess joins to what is before
-
-
-def read_csv(path, required=()):
-    """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
-    rows = csv.DictReader(io.StringIO(read_text(path), newline=""))
-    try:
-        missing = [name for name in required if name not in (rows.fieldnames or [])]
-        if missing:
-            raise DataError(f"{path}: no column {', '.join(missing)}; {REMEDY}")
-        result = list(rows)
-    except csv.Error as error:
-        raise DataError(f"{path}:{rows.line_num}: {error}; {REMEDY}") from None
-    for number, row in enumerate(result, 2):
-        if None in row or None in row.values():
-            raise DataError(f"{path}:{number}: another number of columns than the header; {REMEDY}")
-    return result
 
 
 def to_ints(rows, column, path):
@@ -45,13 +27,11 @@ def to_ints(rows, column, path):
 
 
 def read_hdf5(path, *names):
-    """Arrays of a file by name."""
     with _open_hdf5(path) as file:
         return [checked_array(path, file, name) for name in names]
 
 
 def read_sensor_ids(path):
-    """Names of the sensors of a file of signals."""
     (offsets,) = read_hdf5(path, "sample_offset")
     with _open_hdf5(path) as file:
         return [checked_text(file, f"sensor_{i}") for i in range(len(offsets) - 1)]
@@ -67,7 +47,6 @@ def _open_hdf5(path):
 
 
 def shard_names(site):
-    """Names of the shards, in order."""
     site.path("frames", "shards")  # refuses another list than the job wrote
     return whole(read_shards, site.folder)
 
@@ -159,14 +138,9 @@ def to_json(value):
         raise DataError("a metric is NaN or infinite; nothing was written") from None
 
 
-def file_hash(path):
-    """SHA-256 of a file, as hex digits."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
 def hash_if_there(path):
-    """Like file_hash; None when the file is missing."""
-    return file_hash(path) if Path(path).exists() else None
+    """SHA-256 of a file, as hex digits; None when it is missing."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).exists() else None
 
 
 def write_atomic(path, content):
@@ -187,7 +161,6 @@ def write_atomic(path, content):
 
 
 def put_between(path, begin, end, text):
-    """Replaces the text between two markers in a file."""
     before, has_begin, rest = read_text(path, "correct it").partition(begin)
     _, has_end, after = rest.partition(end)
     if not has_begin or not has_end:

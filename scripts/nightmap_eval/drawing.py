@@ -33,6 +33,14 @@ def map_axes(title, size=(7.5, 6.0)):
     return figure, axes
 
 
+def line_axes(size, x, y):
+    figure, axes = plt.subplots(figsize=size)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(alpha=0.3)
+    return figure, axes
+
+
 def draw_trajectory(axes, estimate_m, truth_m=None, loops_m=()):
     """Top view. loops_m: pairs of positions of accepted loop closures."""
     for i, (start, end) in enumerate(loops_m):
@@ -52,31 +60,18 @@ def trajectory_png(estimate_m, truth_m=None, loops_m=()):
     return to_png(figure)
 
 
-def error_png(frame_idxs, errors_m):
-    """Error of each frame after the SE(3) alignment."""
-    figure, axes = plt.subplots(figsize=(7.5, 2.4))
-    axes.plot(frame_idxs, 100 * np.asarray(errors_m), color=BLUE, lw=1)
+def error_png(x, x_name, errors_m, title=""):
+    """Error of each pose after the alignment."""
+    figure, axes = line_axes((7.5, 2.4), x_name, "error (cm)")
+    axes.plot(x, 100 * np.asarray(errors_m), color=BLUE, lw=1)
     axes.set_ylim(bottom=0)
-    axes.set_xlabel("frame with a pose")
-    axes.set_ylabel("error (cm)")
-    axes.set_title("Position error of each frame, SE(3) alignment", fontsize=11)
-    axes.grid(alpha=0.3)
-    return to_png(figure)
-
-
-def error_over_time_png(times_ns, errors_m):
-    """Error of each pose after the alignment, over the time since the first."""
-    figure, axes = plt.subplots(figsize=(7.5, 2.4))
-    axes.plot((times_ns - times_ns[:1]) / 1e9, 100 * np.asarray(errors_m), color=BLUE, lw=1)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("error (cm)")
-    axes.grid(alpha=0.3)
+    axes.set_title(title, fontsize=11)
     return to_png(figure)
 
 
 def draw_grid(axes, grid):
     """Free cells white, occupied black, others gray; cropped to the seen cells."""
+    axes.set_aspect("equal", adjustable="box")
     colors = ListedColormap(["#c8c8c8", "#ffffff", "#202020"])
     image = axes.imshow(grid.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=grid.extent_m(),
                         interpolation="nearest")  # fmt: skip
@@ -102,7 +97,6 @@ def draw_path(axes, path_m):
 def grid_png(grid, path_m=None, trajectory_m=None, located_m=None, mover="camera"):
     """The occupancy grid with the way of the camera or of another mover, path and queries. Arguments may be None."""
     figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
-    axes.set_aspect("equal", adjustable="box")
     draw_grid(axes, grid)
     if trajectory_m is not None:
         axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=BLUE, lw=0.8, label=mover)

@@ -62,19 +62,12 @@ def robot_width_m(site):
         return 2 * float(config["robot_radius_m"]) if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
 
 
-def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m):
-    plan = read_grid(truth_dir / floor["plan"])
-    sampler = Sampler(grid, building_from_map, floor["height_m"])
-    figures = compare_with_plan(grid, plan, building_from_map)
-    figures |= wall_figures(sampler, plan, boxes, wall_label)
-    return figures | door_figures(sampler, floor["doorways_m"], robot_m)
-
-
 def evaluate_floors(site, truth_dir, building_from_map):
     """Figures of the lowest true floor, and of every floor under `floors`; a floor missing from the map has
     `found` false."""
     rows = read_floors(site)
-    heights_m = [floor_height_m(row, building_from_map) for row in rows]
+    # In the building's frame, over the map's origin.
+    heights_m = [float(building_from_map.apply(np.array([[0.0, 0.0, row["height_m"]]]))[0, 2]) for row in rows]
     true_floors, boxes, wall_label = read_true_floors(truth_dir)
     robot_m, floors = robot_width_m(site), []
     for floor in true_floors:
@@ -82,15 +75,11 @@ def evaluate_floors(site, truth_dir, building_from_map):
         nearest = int(np.argmin(errors_m))
         figures = {"height_m": floor["height_m"], "found": errors_m[nearest] <= MAX_HEIGHT_ERROR_M}
         if figures["found"]:
-            grid = read_grid(site.folder_of("grid") / rows[nearest]["yaml"])
-            figures["height_error_m"] = errors_m[nearest]
-            figures |= evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m)
+            grid, plan = read_grid(site.folder_of("grid") / rows[nearest]["yaml"]), read_grid(truth_dir / floor["plan"])
+            sampler = Sampler(grid, building_from_map, floor["height_m"])
+            figures |= {"height_error_m": errors_m[nearest], **compare_with_plan(grid, plan, building_from_map),
+                        **wall_figures(sampler, plan, boxes, wall_label), **door_figures(sampler, floor["doorways_m"], robot_m)}  # fmt: skip
         floors.append(figures)
     num_found = sum(floor["found"] for floor in floors)
     return floors[0] | {"num_true_floors": len(floors), "num_floors": len(rows),
                         "num_floors_found": num_found, "floors": floors}  # fmt: skip
-
-
-def floor_height_m(row, building_from_map):
-    """Height of a floor of the map in the building's frame, over the map's origin."""
-    return float(building_from_map.apply(np.array([[0.0, 0.0, row["height_m"]]]))[0, 2])

@@ -37,9 +37,11 @@ def escape(value):
 
 
 def number(value, digits=3):
-    """A float in few digits, an integer in full, nothing for None."""
+    """A float in few digits, an integer in full, a range of a pair; "n/a" for None."""
     if value is None:
         return "n/a"
+    if isinstance(value, tuple):
+        return " to ".join(map(number, value))
     if isinstance(value, float):
         return f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
     return str(value)

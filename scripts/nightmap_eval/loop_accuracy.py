@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares loop closures with the truth: false accepted loops, and revisits that a loop closed."""
 
+from collections import Counter
+
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, read_hdf5
-from nightmap_eval.trajectory import angles_deg, rotation_matrices
+from nightmap_eval.trajectory import angles_deg, rotation_matrices, travelled_m
 from nightmap_site.checked_reading import REMEDY, using
 from nightmap_site.script_errors import DataError
 
@@ -35,13 +37,8 @@ def read_relative_poses(path):
 
 def loop_counts(rows):
     """Counts loops by status, and rejected loops by reason."""
-    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
-    for row in rows:
-        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
-        if row["status"] != "accepted":
-            reasons = figures["rejected_by_reason"]
-            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
-    return figures
+    rejected = [row["reason"] for row in rows if row["status"] != "accepted"]
+    return {"num_accepted": len(rows) - len(rejected), "num_rejected": len(rejected), "rejected_by_reason": dict(Counter(rejected))}
 
 
 def is_true_loop(row, relative, rotation_of, position_of, max_error_m):
@@ -59,9 +56,7 @@ def is_true_loop(row, relative, rotation_of, position_of, max_error_m):
 
 def revisiting_frames(frame_idxs, truth):
     """Frames whose view the camera saw before, at least REVISIT_PATH_M of path back."""
-    steps_m = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
-    path_m = np.concatenate([[0], np.cumsum(steps_m)])
-    rotations, revisits = truth.rotations(), []
+    path_m, rotations, revisits = travelled_m(truth.positions_m), truth.rotations(), []
     for i, frame_idx in enumerate(frame_idxs):
         earlier = np.flatnonzero(path_m <= path_m[i] - REVISIT_PATH_M)
         near = np.linalg.norm(truth.positions_m[earlier] - truth.positions_m[i], axis=1) < REVISIT_M

@@ -52,12 +52,8 @@ RELATIONS = {f"{name}_{kind}_{unit}": UNKNOWN_OR_NUMBER if kind == "std" else NU
 MEDIANS = [f"{statistic}_{kind}" for statistic in ("median", "p90")
            for kind in ("translation_error_cm", "rotation_error_deg")]  # fmt: skip
 RECALLS = [f"recall_{max_cm}cm_{max_deg}deg_percent" for max_cm, max_deg in RECALL_THRESHOLDS]
+RELATIVE = [f"{name}_{kind}_{unit}" for name, unit in (("translation", "m"), ("rotation", "deg")) for kind in ("rmse", "median")]
 PROTOCOL = dict.fromkeys(MEDIANS + RECALLS, UNKNOWN_OR_NUMBER) | {"num_wrong": int}
-
-
-def _relative(suffix):
-    names = [f"translation_{kind}_m{suffix}" for kind in ("rmse", "median")]
-    return dict.fromkeys(names + [f"rotation_{kind}_deg{suffix}" for kind in ("rmse", "median")], NUMBER)
 
 
 def read_metrics(path):
@@ -68,11 +64,20 @@ def read_metrics(path):
     for name, suffix in (("rpe_per_frame", ""), ("rpe_per_metre", "_per_m")):
         motion = metrics.get("trajectory", {}).get(name, {})
         if motion.get("num_pairs"):
-            check(motion, _relative(suffix), f"{path}: {name}")
+            check(motion, {f"{error}{suffix}": NUMBER for error in RELATIVE}, f"{path}: {name}")
     queries = metrics.get("queries", {})
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
-    check_laser(laser_figures(metrics), path)
+    laser = laser_figures(metrics)
+    if laser:
+        check(laser, LASER, f"{path}: sections")
+    for name in ("relative_1m", "relative_10m"):
+        stretch = laser.get("trajectory", {}).get(name, {})
+        if stretch.get("num_pairs"):
+            check(stretch, STRETCH, f"{path}: sections: {name}")
+    relations = laser.get("relations", {})
+    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
+        check(relations, RELATIONS, f"{path}: sections: relations")
     for figures in section_figures(metrics):
         check(figures, {"?coverage": COVERAGE, "?trajectory": SECTION_TRAJECTORY}, f"{path}: sections")
     for figures in (metrics, *section_figures(metrics)):
@@ -94,17 +99,3 @@ def lead_figures(metrics, name):
 def laser_figures(metrics):
     """The figures of laser_accuracy.py, whichever job they are of; {} without any."""
     return next((figures for figures in section_figures(metrics) if "num_scans" in figures), {})
-
-
-def check_laser(figures, path):
-    """Raises DataError unless the figures that the report shows of a laser's map are there."""
-    if not figures:
-        return
-    check(figures, LASER, f"{path}: sections")
-    for name in ("relative_1m", "relative_10m"):
-        stretch = figures.get("trajectory", {}).get(name, {})
-        if stretch.get("num_pairs"):
-            check(stretch, STRETCH, f"{path}: sections: {name}")
-    relations = figures.get("relations", {})
-    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
-        check(relations, RELATIONS, f"{path}: sections: relations")

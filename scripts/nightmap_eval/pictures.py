@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Opens pictures of a recording for the report: of the formats that Pillow shares with the stages, and no others."""
 
+import io
+
 import numpy as np
 from PIL import Image
+
+from nightmap_eval import html
 
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "PPM", "WEBP")
 _SCALE_OF_BITS = {"L;2": 85, "L;4": 17}  # by which Pillow scales gray values of 2 and 4 bits
@@ -13,6 +17,16 @@ def open_picture(path):
     if not path.is_file():  # opening a pipe would block
         raise OSError("no file")
     return Image.open(path, formats=FORMATS)
+
+
+def jpeg(draw, alt, css_class=""):
+    """The picture that draw() returns, in the page, or a note: a missing picture must not prevent the report."""
+    buffer = io.BytesIO()
+    try:
+        draw().save(buffer, "JPEG", quality=80)
+    except Exception:  # on a damaged picture Pillow may raise any exception
+        return html.Raw('<span class="note">no picture</span>')
+    return html.image(buffer.getvalue(), alt, css_class, "image/jpeg")
 
 
 def read_labels(path):

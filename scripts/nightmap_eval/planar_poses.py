@@ -23,7 +23,6 @@ def to_rows(trajectory):
 
 
 def to_trajectory(times_ns, rows):
-    """The trajectory of rows x, y, heading."""
     x, y, half_rad = rows[:, 0], rows[:, 1], rows[:, 2] / 2
     zero = np.zeros(len(rows))
     return Trajectory(np.asarray(times_ns, np.int64), np.column_stack([x, y, zero]),

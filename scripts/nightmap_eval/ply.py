@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads PLY files (ASCII or binary little endian): vertices, and triangles when there are any."""
+"""Reads binary PLY files as stages write them: vertices, and triangles when there are any."""
 
 import os
 
@@ -52,38 +52,11 @@ def _row_type(path, properties):
     return np.dtype(fields)
 
 
-def _check_count(path, file, count, row_bytes):
-    """Checks, before any memory is taken, that the declared rows fit the rest of the file."""
-    left = os.fstat(file.fileno()).st_size - file.tell()
-    if count * row_bytes > left:
-        raise DataError(f"{path}: truncated: {count} rows of at least {row_bytes} bytes, {left} bytes are left")
-
-
-def _read_element(path, file, file_format, count, row_type):
-    _check_count(path, file, count, 2 if file_format == "ascii" else row_type.itemsize)
-    if file_format == "ascii":
-        words = b" ".join(file.readline() for _ in range(count)).split()
-        width = len(np.zeros(1, row_type)[0].item()) if count else 0
-        width += 2 * sum(1 for name in row_type.names if row_type[name].shape)
-        if len(words) != count * width:
-            raise DataError(f"{path}: {len(words)} values where {count * width} are declared")
-        try:
-            values = np.array(words, dtype=float)
-        except ValueError as error:
-            raise DataError(f"{path}: {error}") from None
-        return _rows_from_words(values.reshape(count, width), row_type)
-    if file_format != "binary_little_endian":
-        raise DataError(f"{path}: format {file_format}; expected ascii or binary_little_endian")
-    return np.frombuffer(file.read(count * row_type.itemsize), row_type)
-
-
-def _rows_from_words(table, row_type):
-    rows, column = np.zeros(len(table), row_type), 0
-    for name in row_type.names:
-        width = row_type[name].shape[0] if row_type[name].shape else 1
-        rows[name] = table[:, column : column + width] if width > 1 else table[:, column]
-        column += width
-    return rows
+def _read_element(path, file, count, row_type):
+    left, row_bytes = os.fstat(file.fileno()).st_size - file.tell(), row_type.itemsize
+    if count * row_bytes > left:  # before any memory is taken
+        raise DataError(f"{path}: truncated: {count} rows of {row_bytes} bytes, {left} bytes are left")
+    return np.frombuffer(file.read(count * row_bytes), row_type)
 
 
 def read_ply(path):
@@ -91,9 +64,10 @@ def read_ply(path):
     elements = {}
     with open(path, "rb") as file, using(path):
         file_format, declared = _read_header(path, file)
+        if file_format != "binary_little_endian":
+            raise DataError(f"{path}: format {file_format}; expected binary_little_endian")
         for name, count, properties in declared:
-            row_type = _row_type(path, properties)
-            elements[name] = _read_element(path, file, file_format, count, row_type)
+            elements[name] = _read_element(path, file, count, _row_type(path, properties))
     if "vertex" not in elements:
         raise DataError(f"{path}: no element vertex")
     with using(path):

@@ -59,14 +59,8 @@ def local_errors(queries, query_reference, map_frames, map_reference, radius_m=L
     translation_m, rotation_deg = np.zeros(len(queries)), np.zeros(len(queries))
     for i, position_m in enumerate(query_reference.positions_m):
         rows = near_frames(position_m, map_reference, radius_m)
-        alignment = umeyama(
-            _pose_points_m(map_frames.select(rows)),
-            _pose_points_m(map_reference.select(rows)),
-            with_scale=False,
-        )
-        translation_m[i : i + 1], rotation_deg[i : i + 1] = absolute_errors(
-            queries.select([i]), query_reference.select([i]), alignment
-        )
+        alignment = umeyama(*(_pose_points_m(frames.select(rows)) for frames in (map_frames, map_reference)), with_scale=False)
+        translation_m[i : i + 1], rotation_deg[i : i + 1] = absolute_errors(queries.select([i]), query_reference.select([i]), alignment)
     return translation_m, rotation_deg
 
 
@@ -83,20 +77,15 @@ def recall_percent(translation_m, rotation_deg, num_queries, max_cm, max_deg):
     return 100.0 * int(np.count_nonzero(good)) / num_queries
 
 
-def _median(values):
-    return float(np.median(values))
-
-
-def _p90(values):
-    """The smallest value that 90 % of the values do not exceed."""
-    return float(np.sort(values)[int(np.ceil(0.9 * len(values))) - 1])
+# p90: the smallest value that 90 % of the values do not exceed.
+STATISTICS = {"median": np.median, "p90": lambda values: np.sort(values)[int(np.ceil(0.9 * len(values))) - 1]}
 
 
 def _with_failures(statistic, values, num_queries):
     """The statistic over all queries, where a failure has infinite error; None when the result is infinite."""
     failures = np.full(num_queries - len(values), np.inf)
     padded = np.concatenate([np.asarray(values, dtype=float), failures])
-    value = statistic(padded) if num_queries else np.inf
+    value = float(statistic(padded)) if num_queries else np.inf
     return value if np.isfinite(value) else None
 
 
@@ -108,12 +97,12 @@ def query_summary(translation_m, rotation_deg, num_queries):
         "num_located_with_truth": len(translation_m),
         "num_wrong": int(np.count_nonzero(translation_cm > WRONG_CM)),
     }
-    for name, statistic in (("median", _median), ("p90", _p90)):
+    for name, statistic in STATISTICS.items():
         for unit, values in (("translation_error_cm", translation_cm), ("rotation_error_deg", rotation_deg)):
             figures[f"{name}_{unit}"] = _with_failures(statistic, values, num_queries)
     if len(translation_m):
-        figures["located_median_translation_error_cm"] = _median(translation_cm)
-        figures["located_median_rotation_error_deg"] = _median(rotation_deg)
+        figures["located_median_translation_error_cm"] = float(np.median(translation_cm))
+        figures["located_median_rotation_error_deg"] = float(np.median(rotation_deg))
         figures["located_max_translation_error_cm"] = float(np.max(translation_cm))
     for max_cm, max_deg in RECALL_THRESHOLDS:
         figures[f"recall_{max_cm}cm_{max_deg}deg_percent"] = recall_percent(

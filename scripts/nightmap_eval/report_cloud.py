@@ -15,12 +15,6 @@ CLOUD_ROWS = (
 def cloud_section(site):
     """Quality of the cloud without truth; None when point_cloud wrote no such figures."""
     found = StageResult(site.folder_of("point_cloud")).figures()
-    rows = [[title, _scaled(found[key], scale)] for key, title, scale in CLOUD_ROWS if key in found]
+    rows = [[title, html.number(tuple(scale * part for part in found[key])) if isinstance(found[key], tuple) else scale * found[key]]
+            for key, title, scale in CLOUD_ROWS if key in found]  # fmt: skip
     return html.section("Cloud, without truth", html.table(("", ""), rows)) if rows else None
-
-
-def _scaled(value, scale):
-    """A figure in another unit; a range over several tiles."""
-    if isinstance(value, tuple):
-        return " to ".join(html.number(scale * part) for part in value)
-    return scale * value

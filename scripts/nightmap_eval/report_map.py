@@ -6,11 +6,10 @@ import numpy as np
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import Frames, read_csv
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_plan import drive_section, plan_section
-from nightmap_eval.trajectory import Similarity, associate, read_truth, read_tum, rotation_matrices
+from nightmap_eval.report_plan import drive_section, plan_section, read_if_made
+from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, rotation_matrices
 from nightmap_site.checked_reading import read_object, using
 
-MAX_GAP_NS = 20_000_000
 GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
@@ -34,10 +33,6 @@ def map_sections(site, metrics):
         (site.has("drive"), lambda: drive_section(site)),
     ) if is_there)  # fmt: skip
     return [section for section in made if section is not None]
-
-
-def _optional(path, reader):
-    return reader(path) if path else None
 
 
 def truth_in_map(site, metrics):
@@ -91,37 +86,34 @@ def sensor_paragraphs(site):
 
 
 def trajectory_section(site, metrics):
-    estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
+    estimate = read_if_made(site, "map_frame")
     if estimate is None or len(estimate) == 0:
-        note = html.paragraph("The map_frame stage did not run.", "note")
-        return html.section("Trajectory", note)
+        return html.section("Trajectory", html.paragraph("The map_frame stage did not run.", "note"))
     truth, loops = truth_in_map(site, metrics), accepted_loops(site, estimate)
     parts = []
     if truth is None:
         picture = drawing.trajectory_png(estimate.positions_m, None, loops)
     else:
-        pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
+        pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
         shown = truth.positions_m[pairs[:, 1]]
         picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
-        parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
+        errors = drawing.error_png(pairs[:, 0], "frame with a pose", errors_m, "Position error of each frame, SE(3) alignment")
+        parts.append(html.image(errors, "error of each frame"))
     parts += floor_paragraphs(site) + sensor_paragraphs(site)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
 
-def _trajectory_rows(trajectory):
+def ate_rows(trajectory, *more):
     for name, title in (("se3", "ATE, SE(3) alignment"), ("sim3", "ATE, Sim(3) alignment")):
         values = trajectory[name]
         shown = [100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max")]
         scale = f", scale {values['scale']:.4f}" if "scale" in values else ""
-        yield [title + scale, *shown, values["rotation_rmse_deg"], trajectory["num_pairs"]]
+        yield [title + scale, *shown, values["rotation_rmse_deg"], *more]
 
 
 def _relative_rows(trajectory):
-    for name, title, suffix in (
-        ("rpe_per_frame", "RPE per frame", ""),
-        ("rpe_per_metre", "RPE per metre", "_per_m"),
-    ):
+    for name, title, suffix in (("rpe_per_frame", "RPE per frame", ""), ("rpe_per_metre", "RPE per metre", "_per_m")):
         values = trajectory[name]
         if values["num_pairs"]:
             shown = [100 * values[f"translation_{kind}_m{suffix}"] for kind in ("rmse", "median")]
@@ -153,7 +145,7 @@ def accuracy_section(metrics):
         return html.section("Accuracy", html.paragraph(note, "note"))
     trajectory = metrics["trajectory"]
     head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "frames")
-    parts = [html.table(head, _trajectory_rows(trajectory))]
+    parts = [html.table(head, ate_rows(trajectory, trajectory["num_pairs"]))]
     head = ("Motion", "RMSE (cm)", "median (cm)", "rotation RMSE (deg)", "median (deg)", "pairs")
     parts.append(html.table(head, _relative_rows(trajectory)))
     if metrics.get("map"):

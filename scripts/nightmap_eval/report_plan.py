@@ -63,19 +63,10 @@ def no_path_parts(site):
     return [html.paragraph(text, "failed"), html.image(picture.read_bytes(), "no path")]
 
 
-def floor_picture(grid_dir, floor, path_m, estimate, located, *mover):
-    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the trajectory, named after who moved."""
-    ways = (None, None)
-    if floor["number"] == 0:
-        ways = [None if way is None else way.positions_m for way in (estimate, located)]
-    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways, *mover)
-
-
 def plan_section(site):
     if not site.made("grid", "yaml"):
         return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
-    estimate = read_if_made(site, "map_frame")
-    located = read_if_made(site, "localize")
+    ways = [None if way is None else way.positions_m for way in (read_if_made(site, job) for job in ("map_frame", "localize"))]
     path_m, figures = read_path(site), read_path_figures(site)
     number = figures.get("floor", 0)  # an older path names none
     mover = () if site.has_camera() else ("robot",)
@@ -85,8 +76,9 @@ def plan_section(site):
         name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
         if len(floors) > 1:
             parts.append(html.paragraph(name))
-        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located, *mover)
-        parts.append(html.image(picture, name))
+        shown = ways if floor["number"] == 0 else (None, None)  # the floor of map.yaml has the trajectory, named after who moved
+        grid = read_grid(site.folder_of("grid") / floor["yaml"])
+        parts.append(html.image(drawing.grid_png(grid, path_m if has_path else None, *shown, *mover), name))
     if path_m is None and site.has("plan"):
         parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
     parts += [html.paragraph(line) for line in narrow_lines(figures)]

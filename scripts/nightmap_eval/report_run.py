@@ -28,21 +28,12 @@ def _total_s(stages):
     return sum(stage.wall_time_s() or 0.0 for stage in stages)
 
 
-def _query_summary(queries):
-    text = f"{queries['num_located']} of {queries['num_queries']} queries located"
-    recall = queries.get("recall_5cm_5deg_percent")
-    return text if recall is None else f"{text}, {recall:.0f} % within 5 cm and 5 deg"
-
-
 def summary(metrics, stages):
     """One line: the result of the run and the accuracy of the map."""
     parts = []
     coverage = lead_figures(metrics, "coverage")
     if coverage:
-        parts.append(
-            f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over "
-            f"{coverage['path_length_m']:.1f} m"
-        )
+        parts.append(f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over {coverage['path_length_m']:.1f} m")
     laser = laser_figures(metrics)
     if laser:
         parts.append(f"{laser['num_scans_with_pose']} of {laser['num_scans']} scans mapped over {laser['path_length_m']:.1f} m")
@@ -55,7 +46,9 @@ def summary(metrics, stages):
     elif metrics:
         parts.append("no ground truth, accuracy unknown")
     if "queries" in metrics:
-        parts.append(_query_summary(metrics["queries"]))
+        queries, recall = metrics["queries"], metrics["queries"].get("recall_5cm_5deg_percent")
+        parts.append(f"{queries['num_located']} of {queries['num_queries']} queries located"
+                     + ("" if recall is None else f", {recall:.0f} % within 5 cm and 5 deg"))  # fmt: skip
     if "loops" in metrics:
         loops = metrics["loops"]
         parts.append(f"loops: {loops['num_accepted']} accepted, {loops['num_rejected']} rejected")
@@ -64,54 +57,31 @@ def summary(metrics, stages):
     return "; ".join(parts) + "."
 
 
-def _figure_text(value):
-    return " to ".join(map(html.number, value)) if isinstance(value, tuple) else html.number(value)
-
-
-def _stage_row(stage):
-    memory = stage.peak_memory_bytes()
-    figures = ", ".join(f"{name} {_figure_text(value)}" for name, value in stage.figures().items())
-    return [
-        stage.name,
-        stage.num_runs,
-        _time(stage.wall_time_s()),
-        "n/a" if memory is None else f"{memory / 2**20:.0f} MiB",
-        figures,
-    ]
-
-
 def stage_section(stages):
     if not stages:
         return html.section("Stages", html.paragraph("No receipts and no reports.", "note"))
     head = ("stage", "runs", "wall time", "peak memory", "figures")
-    rows = [_stage_row(stage) for stage in stages]
+    rows = []
+    for stage in stages:
+        memory, figures = stage.peak_memory_bytes(), ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
+        rows.append([stage.name, stage.num_runs, _time(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures])
     rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
-    if any("Debug" in stage.build_types() for stage in stages):
-        warning = "These times come from a Debug build; they do not show the speed of nightmap."
-        parts.append(html.paragraph(warning, "failed"))
+    if any(receipt.get("build_type") == "Debug" for stage in stages for receipt in stage.receipts):
+        parts.append(html.paragraph("These times come from a Debug build; they do not show the speed of nightmap.", "failed"))
     return html.section("Stages", *parts)
-
-
-def _frame_list(frames):
-    shown = ", ".join(map(str, frames[:MAX_ROWS])) + (" ..." if len(frames) > MAX_ROWS else "")
-    return f"{len(frames)} frames ({shown})"
 
 
 def skipped_section(metrics, stages):
     rows = [(stage.name, reason) for stage in stages for reason in stage.skipped()]
     table = html.table(("stage", "skipped"), rows[:MAX_ROWS])
     parts = [table if rows else html.paragraph("None.", "note")]
-    missing = lead_figures(metrics, "coverage").get("frames_without_pose", [])
-    if missing:
-        parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
-    bridged = lead_figures(metrics, "coverage").get("frames_bridged", [])
-    if bridged:
-        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other frame: their poses are guesses."))
-    apart = lead_figures(metrics, "coverage").get("frames_apart", [])
-    if apart:
-        guessed = "lie apart from the rest of the map: only guessed motion connects them."
-        parts.append(html.paragraph(f"{_frame_list(apart)} {guessed}"))
+    for key, said in (("frames_without_pose", "have no pose."),
+                      ("frames_bridged", "matched no other frame: their poses are guesses."),
+                      ("frames_apart", "lie apart from the rest of the map: only guessed motion connects them.")):  # fmt: skip
+        frames = lead_figures(metrics, "coverage").get(key, [])
+        shown = ", ".join(map(str, frames[:MAX_ROWS])) + (" ..." if len(frames) > MAX_ROWS else "")
+        parts += [html.paragraph(f"{len(frames)} frames ({shown}) {said}")] if frames else []
     return html.section("Skipped items", *parts)
 
 

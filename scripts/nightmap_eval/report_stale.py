@@ -28,12 +28,6 @@ def last_failure(site, stage):
     return printable(reasons[-1] if reasons else f"exit code {failed[1]}, see {path.name}")
 
 
-def changed_inputs(site, receipt):
-    """Names of the inputs that changed since."""
-    paths = [path for path, _ in receipt.changed("inputs", Hashes())]
-    return [str(path.relative_to(site.folder) if path.is_relative_to(site.folder) else path.name) for path in paths]
-
-
 def other_ends(site, receipt):
     """START and GOAL of the present configs if the path has other ends; else None."""
     path = site.config / "plan.toml"
@@ -41,15 +35,9 @@ def other_ends(site, receipt):
         return None
     now = read_toml(path)
     with using(receipt.path):
-        then = _ends(receipt.content.get("config", ""))
+        then = tomllib.loads(receipt.content.get("config", ""))
     asked = {name: now[name] for name in ENDS if now.get(name) and now[name] != then.get(name)}
     return ", ".join(f"{name} = {value}" for name, value in asked.items()) or None
-
-
-def _ends(text):
-    """start and goal of a config in a receipt."""
-    config = tomllib.loads(text)
-    return {name: config.get(name) for name in ENDS}
 
 
 def notes(site, stage, result):
@@ -61,7 +49,8 @@ def notes(site, stage, result):
     if not path:
         return found
     receipt = Receipt(path)
-    changed = changed_inputs(site, receipt)
+    changed = [str(path.relative_to(site.folder) if path.is_relative_to(site.folder) else path.name)
+               for path, _ in receipt.changed("inputs", Hashes())]  # fmt: skip
     if changed:
         found.append(f"The {result} is out of date: {', '.join(changed)} changed since. Run make {stage}.")
     ends = other_ends(site, receipt) if stage == "plan" else None

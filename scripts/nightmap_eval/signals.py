@@ -84,11 +84,7 @@ def of_one_place(ranges_m, other_m):
 
 
 def sectors_text(table, is_inside):
-    return ", ".join(f"{first:d}, {last:d}" for first, last in sectors_deg(table, is_inside))
-
-
-def sectors_deg(table, is_inside):
-    """(from, to), counter-clockwise, of the sectors that hold directions, with half a beam or more on each side."""
+    """From, to, counter-clockwise, in degrees, of the sectors that hold directions, with half a beam or more on each side."""
     order = np.argsort(table.angles_rad)
     angles_deg, inside = np.degrees(table.angles_rad[order]), is_inside[order]
     step_deg = abs(angles_deg[1] - angles_deg[0]) if len(angles_deg) > 1 else 1.0
@@ -98,4 +94,4 @@ def sectors_deg(table, is_inside):
     if table.is_circle and len(sectors) > 1 and sectors[0][0] + 360 - sectors[-1][1] <= step_deg + MAX_HOLE_DEG:
         sectors = [*sectors[1:-1], (sectors[-1][0], sectors[0][1] + 360)]
     sectors = [(math.floor(round(first - step_deg / 2, 6)), math.ceil(round(last + step_deg / 2, 6))) for first, last in sectors]
-    return [(first - 360, last - 360) if last > 360 else (first, last) for first, last in sectors]
+    return ", ".join(f"{first - 360:d}, {last - 360:d}" if last > 360 else f"{first:d}, {last:d}" for first, last in sectors)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads what `survey` measured of a sample of the frames."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, to_ints
@@ -55,18 +53,8 @@ def _numbers(rows, name, path):
         raise DataError(f"{path}: column {name}: {error}; {REMEDY}") from None
 
 
-@dataclass(frozen=True)
-class FixedPart:
-    """Parts that stay in place in all pictures of a camera: the share of the picture, and the name of the proposed mask, which
-    lies beside frames.csv."""
-
-    camera_id: str
-    share: float
-    mask: str
-
-
 def largest_fixed_part(site):
-    """The fixed part of the camera of which it covers most; None where nothing stays in place."""
+    """Part that stays in place in all pictures of a camera, of the camera of which it covers most: its camera_id, its share of the picture,
+    and mask, the name of the proposed one beside frames.csv. None where nothing stays in place."""
     cameras = read_object(site.path("survey", "report"), FIXED_PARTS)["fixed_parts"]
-    parts = [FixedPart(camera["camera_id"], camera["share"], camera["mask"]) for camera in cameras if "mask" in camera]
-    return max(parts, key=lambda part: part.share, default=None)
+    return max((camera for camera in cameras if "mask" in camera), key=lambda camera: camera["share"], default=None)

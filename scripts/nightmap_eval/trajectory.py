@@ -13,6 +13,7 @@ from nightmap_site.script_errors import DataError
 
 MAX_TIME_NS = 2**63 - 1
 MAX_POSITION_M = 1e9  # beyond it squared distances lose the millimetres, and then overflow
+FRAME_GAP_NS = 20_000_000  # between a frame or a query and its true pose
 
 
 @dataclass
@@ -27,14 +28,11 @@ class Trajectory:
         return len(self.times_ns)
 
     def rotations(self):
-        """Rotation matrices (n, 3, 3)."""
         return rotation_matrices(self.quaternions)
 
     def select(self, indices):
         indices = np.asarray(indices, dtype=int)
-        return Trajectory(
-            self.times_ns[indices], self.positions_m[indices], self.quaternions[indices]
-        )
+        return Trajectory(self.times_ns[indices], self.positions_m[indices], self.quaternions[indices])
 
 
 @dataclass
@@ -48,6 +46,9 @@ class Similarity:
 
     def apply(self, points_m):
         return self.scale * np.asarray(points_m) @ self.rotation.T + self.translation_m
+
+    def apply_inverse(self, points_m):
+        return (np.asarray(points_m) - self.translation_m) @ self.rotation / self.scale
 
 
 def rotation_matrices(quaternions):
@@ -79,14 +80,7 @@ def quaternion(rotation):
 
 def angles_deg(rotations):
     """Angles in [0, 180] of rotation matrices (n, 3, 3), accurate near 0 and near 180."""
-    skew = np.stack(
-        [
-            rotations[:, 2, 1] - rotations[:, 1, 2],
-            rotations[:, 0, 2] - rotations[:, 2, 0],
-            rotations[:, 1, 0] - rotations[:, 0, 1],
-        ],
-        axis=1,
-    )
+    skew = rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]]
     trace = np.trace(rotations, axis1=1, axis2=2)
     return np.degrees(np.arctan2(np.linalg.norm(skew, axis=1), trace - 1))
 
@@ -205,22 +199,28 @@ def _slerp(first, second, share):
     return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
 
 
+def _centred(source_m, target_m, least):
+    """(source, its mean, target, its mean), both as seen from their means. Raises DataError on fewer points than `least`, and on NaN."""
+    source, target = np.asarray(source_m, dtype=float), np.asarray(target_m, dtype=float)
+    if len(source) < least:
+        raise DataError(f"alignment needs at least {least} matched poses, there are {len(source)}")
+    if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
+        raise DataError("cannot align positions that are NaN or infinite")
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    return source - source_mean, source_mean, target - target_mean, target_mean
+
+
 def umeyama(source_m, target_m, with_scale):
     """target_from_source that minimises the squared distances (Umeyama, PAMI 1991).
 
     Without scale it is the rigid transform. Raises DataError on fewer than 3 points, on NaN, and
     when the source points are all the same.
     """
-    source, target = np.asarray(source_m, dtype=float), np.asarray(target_m, dtype=float)
-    if len(source) < 3:
-        raise DataError(f"alignment needs at least 3 matched poses, there are {len(source)}")
-    if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
-        raise DataError("cannot align positions that are NaN or infinite")
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
-    variance = np.mean(np.sum((source - source_mean) ** 2, axis=1))
+    source, source_mean, target, target_mean = _centred(source_m, target_m, 3)
+    variance = np.mean(np.sum(source**2, axis=1))
     if variance < 1e-18:
         raise DataError("cannot align positions that are all the same: the camera did not move")
-    u, d, vt = np.linalg.svd((target - target_mean).T @ (source - source_mean) / len(source))
+    u, d, vt = np.linalg.svd(target.T @ source / len(source))
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = u @ np.diag(signs) @ vt
     scale = float(d @ signs / variance) if with_scale else 1.0
@@ -230,13 +230,8 @@ def umeyama(source_m, target_m, with_scale):
 
 def planar_umeyama(source_m, target_m, with_scale):
     """Like umeyama for a robot on a floor: turns about z alone, so that two places are enough and no mirrored path fits."""
-    source, target = np.asarray(source_m, dtype=float), np.asarray(target_m, dtype=float)
-    if len(source) < 2:
-        raise DataError(f"alignment needs at least 2 matched poses, there are {len(source)}")
-    if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
-        raise DataError("cannot align positions that are NaN or infinite")
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
-    (x, y), (u, v) = (source - source_mean).T[:2], (target - target_mean).T[:2]
+    source, source_mean, target, target_mean = _centred(source_m, target_m, 2)
+    (x, y), (u, v) = source.T[:2], target.T[:2]
     if np.mean(x * x + y * y) < 1e-18:
         raise DataError("cannot align positions that are all the same: the robot did not move")
     along, across = np.sum(x * u + y * v), np.sum(x * v - y * u)
@@ -245,6 +240,11 @@ def planar_umeyama(source_m, target_m, with_scale):
     rotation = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
     scale = float(size / np.sum(x * x + y * y)) if with_scale else 1.0
     return Similarity(scale, rotation, target_mean - scale * rotation @ source_mean, bool(size > 0))
+
+
+def travelled_m(positions_m):
+    """Path from the first position to each."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions_m, axis=0), axis=1))])
 
 
 def path_length_m(positions_m):

@@ -7,11 +7,16 @@ ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D 
 
 import numpy as np
 
-from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umeyama
+from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, travelled_m, umeyama
 
 
-def _rmse(values):
-    return float(np.sqrt(np.mean(np.square(values))))
+STATISTICS = {"rmse": lambda values: np.sqrt(np.mean(np.square(values))), "mean": np.mean, "median": np.median,
+              "p90": lambda values: np.percentile(values, 90), "max": np.max}  # fmt: skip
+
+
+def statistics(values, name, *kinds):
+    """Figures of these kinds; name: of a figure, with {} for the kind."""
+    return {name.format(kind): float(STATISTICS[kind](values)) for kind in kinds}
 
 
 def absolute_errors(estimate, truth, alignment):
@@ -23,18 +28,25 @@ def absolute_errors(estimate, truth, alignment):
     return translation_m, rotation_deg
 
 
+def coverage(frames, estimate, num_unusable, guessed=(), more=None):
+    """Counts of the recording's frames with and without a pose. guessed: frames whose pose does not count; more: further figures."""
+    located = set(estimate.times_ns.tolist())
+    missing = [int(i) for i, time_ns in zip(frames.frame_idxs, frames.times_ns) if int(time_ns) not in located]
+    num_without = len({*missing, *guessed})
+    return {"num_frames": len(frames) + num_unusable,
+            "num_frames_with_pose": len(frames) - num_without,
+            "num_frames_without_pose": num_without + num_unusable,
+            "num_frames_unusable": num_unusable,
+            "frames_without_pose": missing,
+            **(more or {}),
+            "path_length_m": path_length_m(estimate.positions_m)}  # fmt: skip
+
+
 def absolute_figures(estimate, truth, alignment):
     """Figures of the absolute errors after an alignment (truth_from_map)."""
     translation_m, rotation_deg = absolute_errors(estimate, truth, alignment)
-    return {
-        "ate_rmse_m": _rmse(translation_m),
-        "ate_mean_m": float(np.mean(translation_m)),
-        "ate_median_m": float(np.median(translation_m)),
-        "ate_max_m": float(np.max(translation_m)),
-        "rotation_rmse_deg": _rmse(rotation_deg),
-        "rotation_median_deg": float(np.median(rotation_deg)),
-        "rotation_max_deg": float(np.max(rotation_deg)),
-    }
+    return {**statistics(translation_m, "ate_{}_m", "rmse", "mean", "median", "max"),
+            **statistics(rotation_deg, "rotation_{}_deg", "rmse", "median", "max")}  # fmt: skip
 
 
 def ate(estimate, truth, with_scale, align=umeyama):
@@ -74,8 +86,7 @@ def distance_pairs(truth, sequence_idxs, distance_m):
     """Pairs each pose with the first later one of its sequence at least distance_m of path ahead.
 
     Returns the pairs and the path length between them."""
-    steps = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
-    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    travelled = travelled_m(truth.positions_m)
     later = np.searchsorted(travelled, travelled + distance_m - 1e-9)
     first = np.flatnonzero(later < len(travelled))
     pairs = np.stack([first, later[first]], axis=1)
@@ -86,13 +97,8 @@ def distance_pairs(truth, sequence_idxs, distance_m):
 def _summary(translation, rotation, suffix):
     if len(translation) == 0:
         return {"num_pairs": 0}
-    return {
-        "num_pairs": len(translation),
-        f"translation_rmse_m{suffix}": _rmse(translation),
-        f"translation_median_m{suffix}": float(np.median(translation)),
-        f"rotation_rmse_deg{suffix}": _rmse(rotation),
-        f"rotation_median_deg{suffix}": float(np.median(rotation)),
-    }
+    return {"num_pairs": len(translation), **statistics(translation, f"translation_{{}}_m{suffix}", "rmse", "median"),
+            **statistics(rotation, f"rotation_{{}}_deg{suffix}", "rmse", "median")}  # fmt: skip
 
 
 def rpe_per_frame(estimate, truth, frame_idxs, sequence_idxs):

@@ -18,9 +18,7 @@ class Sampler:
 
     def states(self, points_m):
         points = np.column_stack([points_m, np.full(len(points_m), self.height_m)])
-        offsets = points - self.building_from_map.translation_m
-        in_map = offsets @ self.building_from_map.rotation / self.building_from_map.scale
-        return state_at(self.grid, in_map[:, :2])
+        return state_at(self.grid, self.building_from_map.apply_inverse(points)[:, :2])
 
 
 def state_at(grid, points_m):
@@ -146,8 +144,10 @@ def passage_width_m(sampler, doorway_m):
     step_m, margin_m = sampler.grid.resolution_m, 0.7
     half = size / 2 + 0.3
     half[through] = size[through] / 2 + 0.5
-    cells, in_building = cells_near(sampler, centre, half + margin_m)
-    offset = in_building - centre
+    centres = sampler.grid.centres_m().reshape(-1, 2)
+    offset = sampler.building_from_map.apply(np.column_stack([centres, np.zeros(len(centres))]))[:, :2] - centre
+    near = np.all(np.abs(offset) <= half + margin_m, axis=1)
+    cells, offset = np.column_stack(np.unravel_index(np.flatnonzero(near), sampler.grid.cells.shape)), offset[near]
     states = sampler.grid.cells[cells[:, 0], cells[:, 1]]
     blocked = cells[states != FREE]
     window = (states == FREE) & np.all(np.abs(offset) <= half, axis=1)
@@ -157,16 +157,6 @@ def passage_width_m(sampler, doorway_m):
         return 0.0 if len(open_cells) == 0 else float(2 * (np.max(half) + margin_m))
     squared = np.min(np.sum((open_cells[:, None] - blocked[None]) ** 2, axis=2), axis=1)
     return 2 * step_m * np.sqrt(bottleneck(open_cells, squared, sides))
-
-
-def cells_near(sampler, centre, half):
-    """Row and column of the grid's cells in a rectangle of the building's plane, and their centres."""
-    centres = sampler.grid.centres_m().reshape(-1, 2)
-    points = np.column_stack([centres, np.zeros(len(centres))])
-    in_building = sampler.building_from_map.apply(points)[:, :2]
-    near = np.all(np.abs(in_building - centre) <= half, axis=1)
-    rows, columns = np.unravel_index(np.flatnonzero(near), sampler.grid.cells.shape)
-    return np.column_stack([rows, columns]), in_building[near]
 
 
 def bottleneck(cells, values, sides):

@@ -12,8 +12,8 @@ MAX_GAP_NS = 500_000_000  # between the samples around a frame
 
 
 def read_wheels(site, times_ns):
-    """The robot's trajectory by the sensor that the odometry stage used, at those of the times that it has samples around. Its
-    frame drifts. None without a sample."""
+    """The robot's trajectory by the sensor that the report of the odometry stage names, the first without a report, at those of the times
+    that it has samples around. Its frame drifts. None without a sample."""
     path = site.made("frames", "odometry")
     if path is None:
         return None
@@ -21,8 +21,10 @@ def read_wheels(site, times_ns):
     mountings, offsets, sampled_ns, values = read_hdf5(path, *names)
     if np.size(sampled_ns) == 0:
         return None
+    report = site.made("odometry", "report")
+    name = read_object(report, {"?odometry_sensor": str}).get("odometry_sensor") if report else None
     with using(path):
-        sensor = used_sensor(site, path)
+        sensor = read_sensor_ids(path).index(name) if name else 0
         part = slice(*np.ravel(offsets)[[sensor, sensor + 1]])
         samples = to_trajectory(np.ravel(sampled_ns)[part], values[part])
         mounting = to_rows(Trajectory(np.zeros(1), mountings[[sensor], :3], mountings[[sensor], 3:]))
@@ -30,12 +32,3 @@ def read_wheels(site, times_ns):
     if len(at_times) == 0:
         return None
     return to_trajectory(at_times.times_ns, compose(to_rows(planar(at_times)), inverse(mounting)))
-
-
-def used_sensor(site, path):
-    """Index in odometry.h5 of the sensor that the report of the odometry stage names; the first without a report."""
-    report = site.made("odometry", "report")
-    name = read_object(report, {"?odometry_sensor": str}).get("odometry_sensor") if report else None
-    if not name:
-        return 0
-    return read_sensor_ids(path).index(name)

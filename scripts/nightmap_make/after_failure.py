@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """After a failed or killed run: finds the failed jobs and the stale results, and writes the report that shows them."""
 
+import contextlib
 import json
 import os
 import sys
@@ -15,7 +16,6 @@ NUM_STALE = 200
 
 
 def tell_of_failure(run, code, outcome):
-    """Prints the failed jobs, and writes the report."""
     failed = outcome.failed()
     for name, exit_code in failed.items():
         ended = f"exit code {exit_code}" if exit_code is not None else "did not come to its end"
@@ -25,7 +25,6 @@ def tell_of_failure(run, code, outcome):
 
 
 def status_lines(outcome):
-    """Lines that say how the last run ended."""
     if not outcome.codes and outcome.code is None:
         yield "no run is known"
     elif outcome.code is None:
@@ -50,6 +49,12 @@ def write_page(run, code):
     return status == 0
 
 
+def _end_of(log):
+    with contextlib.suppress(OSError), open(log, encoding="utf-8", errors="replace") as file:
+        return file.read().splitlines()[-NUM_LINES:]
+    return []
+
+
 def describe(run, code):
     """Content of failure.json: goals, failed jobs with the end of their logs, stale results."""
     outcome = last_run(run.folder)
@@ -59,11 +64,3 @@ def describe(run, code):
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],
             "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons)}  # fmt: skip
-
-
-def _end_of(log):
-    try:
-        with open(log, encoding="utf-8", errors="replace") as file:
-            return file.read().splitlines()[-NUM_LINES:]
-    except OSError:
-        return []

@@ -19,8 +19,12 @@ TICK_NS = 50_000_000
 
 def in_future(rules):
     """Whether a file of the rules has a time in the future. Knows the outputs of all rules, which are examined anyway."""
-    _examine(rules)
-    return _is_future(rules.times.known(), time.time_ns())
+    for rule in {rule.job.name: rule for rule in rules.graph.rules}.values():  # what the rules of each job share
+        for path in [*rules.prerequisites(rule), *rule.output_paths()]:
+            if not path.startswith("$("):
+                rules.times.of(path)
+    now_ns = time.time_ns()
+    return any(time_ns > now_ns for time_ns in rules.times.known().values())
 
 
 def moved_times(rules, began_ns):
@@ -39,18 +43,6 @@ def warning(moved, ahead_s, folder):
     return (f"nightmap: warning: files of {folder} have times in the future, up to {days} ahead, as after a clock was set back: "
             f"check the date of this machine. {len(moved)} files get times of now in the same order, and jobs run again whose "
             "receipts do not name the present program and options")  # fmt: skip
-
-
-def _is_future(times, now_ns):
-    return any(time_ns > now_ns for time_ns in times.values())
-
-
-def _examine(rules):
-    """Examines what the rules of each job share."""
-    for rule in {rule.job.name: rule for rule in rules.graph.rules}.values():
-        for path in [*rules.prerequisites(rule), *rule.output_paths()]:
-            if not path.startswith("$("):
-                rules.times.of(path)
 
 
 def _below(folder):

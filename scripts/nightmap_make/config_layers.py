@@ -13,7 +13,9 @@ from nightmap_site.declaration import folders, profiles
 
 def effective_configs(request):
     """Name -> its effective options, and name -> key -> source: a file or a make variable."""
-    _check_profile(request)
+    known = profiles(request.configs)
+    if request.profile not in known:  # a path, for example
+        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
     paths = _default_files(request)
     defaults = {stage: load(path) for stage, path in paths.items()}
     configs = {stage: dict(config) for stage, config in defaults.items()}
@@ -30,12 +32,6 @@ def effective_configs(request):
         configs[stage][key] = like(default, parse_value(value, default), f"SET: {stage}.{key}")
         sources[stage][key] = "SET"
     return configs, sources
-
-
-def _check_profile(request):
-    known = profiles(request.configs)
-    if request.profile not in known:  # a path, for example
-        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
 
 
 def _has_options(name):

@@ -55,7 +55,7 @@ class Graph:
                      if (name in asked if job.when == "asked" else site.has(job.when))}
         self._previous = {kind: dict(zip(names[1:], names)) for kind, names in site.lists.items()}
         self._tiles = set(site.lists["tile"])
-        self.rules = [rule for job in self.jobs.values() for rule in self._rules_of(job)]
+        self.rules = [self._rule(job, unit) for job in self.jobs.values() for unit in self.units(job)]
 
     def units(self, job):
         return [None] if job.unit == "site" else self.site.lists[job.unit]
@@ -83,12 +83,7 @@ class Graph:
                 if is_listed or job.units_of(output) == "site" for path in self._paths(job, output)]  # fmt: skip
 
     def _paths(self, job, output):
-        if job.units_of(output) == "site":
-            return [self.path_of(job, output)]
-        return self.all_of(job, output).paths
-
-    def _rules_of(self, job):
-        return [self._rule(job, unit) for unit in self.units(job)]
+        return [self.path_of(job, output)] if job.units_of(output) == "site" else self.all_of(job, output).paths
 
     def _rule(self, job, unit):
         inputs, needs = [], [slot_path(self.site, job)]
@@ -122,13 +117,9 @@ class Graph:
             return [self.path_of(source, reference.output)]
         if unit is None or reference.units == "all":
             return [self.all_of(source, reference.output)]
-        return [self.path_of(source, reference.output, other) for other in self._around(reference.units, job.unit, unit)]
-
-    def _around(self, units, kind, unit):
-        if units == "near":
-            return near(unit, self._tiles)
-        before = self._previous[kind].get(unit) if units else None
-        return [unit] if before is None else [before, unit]
+        before = self._previous[job.unit].get(unit) if reference.units else None
+        units = near(unit, self._tiles) if reference.units == "near" else [unit] if before is None else [before, unit]
+        return [self.path_of(source, reference.output, other) for other in units]
 
     def imported(self, job, key):
         """Path of a file that [import] names."""
@@ -146,13 +137,10 @@ class Graph:
             if job.results_of and other.name not in read:
                 continue
             if other.name in self.jobs:
-                needs += self._all_outputs(other)
+                needs += [self.path_of(other, port) if other.units_of(port) == "site" else self.all_of(other, port)
+                          for port in (*other.outputs, *other.run_files())]  # fmt: skip
             elif other.when == "asked" and os.path.exists(self.path_of(other, "receipt")):
                 needs.append(self.path_of(other, "receipt"))
         sections = [path for other in self.jobs.values() for path in other.sections.values()]
         modules = [path for pattern in MODULES for path in sorted(glob.glob(pattern))]
         return needs + modules + sections + [f"scripts/{job.script}"]
-
-    def _all_outputs(self, job):
-        ports = [*job.outputs, *job.run_files()]
-        return [self.all_of(job, port) if job.units_of(port) != "site" else self.path_of(job, port) for port in ports]

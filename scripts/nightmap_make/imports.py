@@ -38,11 +38,11 @@ def image_of_map(text):
 
 
 def network_of_model(text):
-    """The file that the description of a network names, or None."""
     found = re.search(r"""^\s*network\s*=\s*["'](.*?)["']""", text, re.MULTILINE)
     return found and found[1]
 
 
+# The file that a file names, or None.
 NAMED = {".yaml": image_of_map, ".yml": image_of_map, ".toml": network_of_model}
 
 
@@ -88,7 +88,6 @@ def check_imports(site_config, data, imports):
 
 
 def files_of(path):
-    """The file, and the one that it names."""
     named_in = NAMED.get(os.path.splitext(path)[1])
     if not named_in:
         return [path]

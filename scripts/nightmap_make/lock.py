@@ -18,14 +18,12 @@ class SiteLock:
         try:
             fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print(f"nightmap: {site_dir} is being made by process {self._holder()}: this make waits for it to end", file=sys.stderr)
+            holder = os.pread(self._fd, 200, 0).decode("utf-8", "replace").strip() or "(unknown)"
+            print(f"nightmap: {site_dir} is being made by process {holder}: this make waits for it to end", file=sys.stderr)
             fcntl.flock(self._fd, fcntl.LOCK_EX)
         os.ftruncate(self._fd, 0)
         with contextlib.suppress(OSError):  # on a full disk it holds without a name
             os.pwrite(self._fd, f"{os.getpid()} on {os.uname().nodename} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode(), 0)
-
-    def _holder(self):
-        return os.pread(self._fd, 200, 0).decode("utf-8", "replace").strip() or "(unknown)"
 
     def release(self):
         os.ftruncate(self._fd, 0)

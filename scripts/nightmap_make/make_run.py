@@ -20,8 +20,6 @@ from nightmap_site.script_errors import os_error_text, printable
 
 
 class MakeRun:
-    """Makes a request (Asked)."""
-
     def __init__(self, asked):
         self.asked, self.env, self.goals, self.folder = asked, asked.env, asked.goals, asked.folder
         self.is_preview = asked.is_preview
@@ -33,18 +31,18 @@ class MakeRun:
 
     def run(self):
         if self.is_preview:
-            self._settle()
+            self.stamps = self.asked.settle()
             self._write_rules()
             self._preview_times()
             return self._why() if "why" in self.goals else self._make(self.goals) or self._preview_build()
         lock = SiteLock(self.folder)
         try:
+            self.stamps = self.asked.settle()
             return self._status() if "status" in self.goals else self._run_locked()
         finally:
             lock.release()
 
     def _run_locked(self):
-        self._settle()
         self._write_rules()
         self._mend_times()
         self.asked.check_disk(self.graph.jobs.values())
@@ -56,14 +54,11 @@ class MakeRun:
         try:
             code = self._make_in_phases()
         finally:
-            self._end_run(code)
+            try:
+                end_run(self.folder, code)
+            except OSError as error:  # the failed jobs are still to be told
+                print(f"nightmap: {os_error_text(error)}", file=sys.stderr)
         return self._finish(code)
-
-    def _end_run(self, code):
-        try:
-            end_run(self.folder, code)
-        except OSError as error:  # the failed jobs are still to be told
-            print(f"nightmap: {os_error_text(error)}", file=sys.stderr)
 
     def _preview_build(self):
         """The exit code of -q and -n where no rule is out of date; -n says why programs would be built."""
@@ -73,12 +68,9 @@ class MakeRun:
             return 0
         return 1 if reason else 0
 
-    def _settle(self):
-        self.stamps = self.asked.settle()
-
     def _make_in_phases(self):
         """Makes what goes first, lists of units above all, each with the rules of the lists known so far."""
-        if self._is_up_to_date():
+        if not self._goals_without_jobs() and self._make(self.goals, "-q", quiet=True) == 0:  # most calls need no more
             self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
@@ -110,10 +102,6 @@ class MakeRun:
         if folders:
             print(f"nightmap: site {self.asked.name} no longer has {', '.join(folders)}: its results are removed")
 
-    def _is_up_to_date(self):
-        """Checks all rules once, with the present lists: most calls need no more."""
-        return not self._goals_without_jobs() and self._make(self.goals, "-q", quiet=True) == 0
-
     def _goals_without_jobs(self):
         """(goal, job) where the site lacks what a job of the goal is for."""
         of_goals = [(goal, job) for goal, needed in zip(self.goals, self.asked.goals_of_jobs())
@@ -133,10 +121,13 @@ class MakeRun:
 
     def _write_rules(self):
         self.site_state = self._look_at_site()
+        goals = self.asked.pipeline.goals
+        included = [f"{self.work}/again.mk", *(goals[goal].rules for goal in self.goals if goal in goals and goals[goal].rules)]
         self.graph = Graph(self.asked.pipeline, self.site_state, self.goals)
         slots.settle(self.graph)
         self.rules = RulesFile(self.graph, Times())
-        files = {f"{self.work}/graph.mk": self.rules.text() + self._included(), f"{self.work}/again.mk": self._again()}
+        files = {f"{self.work}/graph.mk": self.rules.text() + "".join(f"include {name}\n" for name in included),
+                 f"{self.work}/again.mk": self._again()}  # fmt: skip
         if not self.is_preview:
             files |= dict(self.rules.list_files()) | dict(self.rules.name_files())
             for folder in {os.path.dirname(path) for rule in self.graph.rules for path in rule.output_paths()}:
@@ -175,11 +166,6 @@ class MakeRun:
 
     def _again(self):
         return self.rules.again() + (self.rules.unmade() if self.is_preview else "")
-
-    def _included(self):
-        goals = self.asked.pipeline.goals
-        names = [f"{self.work}/again.mk", *(goals[goal].rules for goal in self.goals if goal in goals and goals[goal].rules)]
-        return "".join(f"include {name}\n" for name in names)
 
     def _look_at_site(self):
         state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
@@ -244,7 +230,6 @@ class MakeRun:
     def _status(self):
         """Prints how the last run ended, and writes the report of the existing results."""
         from nightmap_make import after_failure
-        self._settle()
         self._write_rules()
         outcome = last_run(self.folder)
         print(printable("\n".join(after_failure.status_lines(outcome))))

@@ -40,14 +40,14 @@ class ConfigText:
                     return f"{source}:{number}"
         return source
 
-    def key_at(self, line):
-        return self.text.split("\n")[line - 1].partition(" = ")[0]
-
 
 def check(build, configs, clashes, is_preview):
     """Lets programs check their configs (name -> ConfigText), then looks for clashes between them; what passed once is not checked
     again. Raises PipelineError with one line per wrong config. A preview writes nothing into the folder of the programs."""
-    states = {name: _state(build, config) for name, config in configs.items()}
+    states = {}
+    for name, config in configs.items():
+        status = os.stat(os.path.join(build, "run", config.program))
+        states[name] = f"{config.program} {status.st_mtime_ns} {status.st_size}\n{config.state()}"
     passed = _stamp(build, "all", f"{states} {clashes}")
     if os.path.exists(passed):
         return
@@ -67,12 +67,6 @@ def check(build, configs, clashes, is_preview):
     check_clashes(clashes, configs)
     if not is_preview:
         _remember([passed])
-
-
-def _state(build, config):
-    """A text that tells whether a check would say the same."""
-    status = os.stat(os.path.join(build, "run", config.program))
-    return f"{config.program} {status.st_mtime_ns} {status.st_size}\n{config.state()}"
 
 
 def _stamp(build, name, state):
@@ -130,7 +124,7 @@ def _complaint(log, name, config):
         return ":".join(filter(None, (found["path"], found["line"]))) + f": {found['reason']}"
     if found["line"] is None:
         return f"configs/*/{name}.toml: {found['reason']}"
-    key = config.key_at(int(found["line"]))
+    key = config.text.split("\n")[int(found["line"]) - 1].partition(" = ")[0]
     return f"{config.place_of(key) if key in config.sources else name}: {name}.{found['reason']}"
 
 

@@ -5,6 +5,7 @@ were built before; so a program that is older than its sources is never run."""
 import glob
 import os
 
+from nightmap_make.child import Child
 from nightmap_make.rules_file import Times
 
 SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/links.cmake", "stages/*/links.cmake", "pipeline/*/*.h", "pipeline/*/*.cc",
@@ -26,9 +27,4 @@ def reason_to_build(build, programs):
 def build_programs(env, programs):
     """Returns whether it succeeded; what failed has been printed."""
     command = ["make", "--no-print-directory", f"{env['BUILD']}/programs.mk"]
-    child = os.posix_spawnp(command[0], command, env | {"NIGHTMAP_PROGRAMS": " ".join(programs)})
-    while True:
-        try:
-            return os.waitpid(child, 0)[1] == 0
-        except KeyboardInterrupt:  # make got the signal too, and ends its jobs
-            continue
+    return Child().run(command, env | {"NIGHTMAP_PROGRAMS": " ".join(programs)}) == 0

@@ -2,6 +2,7 @@
 """QUERY of make: the [[query]] tables of the pictures or laser scans to locate in one run. CAMERA and FOV_DEG describe pictures;
 NEAR, NEAR_RADIUS and TURN describe scans."""
 
+import contextlib
 import math
 import os
 
@@ -21,7 +22,6 @@ def asked_queries(request, root):
 
 
 def tables_text(queries):
-    """TOML text of [[query]] tables."""
     return "".join("[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query) for query in queries)
 
 
@@ -63,10 +63,9 @@ def _of_scans(request, paths):
 
 
 def _numbers(name, text, count, what):
-    try:
+    numbers = []
+    with contextlib.suppress(ValueError):
         numbers = [float(word) for word in text.split(",")]
-    except ValueError:
-        numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise ConfigError(f"{name}={text}: give {what}")
     return numbers

@@ -2,6 +2,7 @@
 """How many frames the recordings of a site have, for the estimate of the disk: from lists, names and headers of videos, without a
 pixel. Anything that cannot be read counts as no frames; the frames stage says what is wrong with it."""
 
+import contextlib
 import os
 import struct
 
@@ -14,25 +15,18 @@ PARENTS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")  # boxes of MP4 that hol
 def num_recorded_frames(site, data):
     """Sums the [[sequence]] tables of a site's config."""
     root = os.path.join(data, site.get("root", "."))
-    return sum(_num_frames(os.path.join(root, sequence.get("folder", ".")), sequence) for sequence in site.get("sequence", []))
-
-
-def _num_frames(folder, sequence):
-    count = COUNTS.get(str(sequence.get("layout")), lambda *_: 0)  # the frames stage refuses others
-    try:
-        return count(folder, sequence)
-    except (KeyError, OSError, struct.error, RecursionError):
-        return 0
+    total = 0
+    for sequence in site.get("sequence", []):
+        count = COUNTS.get(str(sequence.get("layout")), lambda *_: 0)  # the frames stage refuses others
+        with contextlib.suppress(KeyError, OSError, struct.error, RecursionError):
+            total += count(os.path.join(root, sequence.get("folder", ".")), sequence)
+    return total
 
 
 def _num_listed_frames(folder, _sequence):
     name = next((name for name in LISTS if os.path.exists(os.path.join(folder, name))), LISTS[0])
     with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as file:
         return sum(not line.lstrip().startswith("#") and not line.isspace() for line in file)
-
-
-def _num_named_frames(folder, _sequence):
-    return sum(name.endswith(COLOR) for name in os.listdir(folder))
 
 
 def _num_video_frames(folder, sequence):
@@ -77,4 +71,4 @@ def _boxes(file, start, end):
         start += size
 
 
-COUNTS = {"tum": _num_listed_frames, "seven_scenes": _num_named_frames, "video": _num_video_frames}  # by layout of a recording
+COUNTS = {"tum": _num_listed_frames, "seven_scenes": lambda folder, _: sum(name.endswith(COLOR) for name in os.listdir(folder)), "video": _num_video_frames}  # by layout of a recording

@@ -28,7 +28,6 @@ class Refused(Exception):
 
 
 def make_flags(makeflags):
-    """The single-letter flags of the call of make."""
     first = makeflags.split(" ")[0]
     return "" if first.startswith("-") or "=" in first else first
 
@@ -65,8 +64,12 @@ class Asked:
             configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], config_dir=f"{self.folder}/config",
             work_dir=self.config, seed=env["SEED"], set=env["SET"], ends=ends, query=env.get("QUERY", ""), camera=env.get("CAMERA", ""),
             fov_deg=env.get("FOV_DEG", ""), near=env.get("NEAR", ""), near_radius=env.get("NEAR_RADIUS", ""), turn=env.get("TURN", ""),
-            reads_recordings=not self._locates_only())  # fmt: skip
-        self._read_site()
+            # Locating a picture or a scan in the existing map does not need the recordings.
+            reads_recordings=not (self.goals == ["localize"] and env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt")))  # fmt: skip
+        asked, request = AskedPipeline(env), self.request
+        self.pipeline, self.programs = asked.pipeline, asked.programs()
+        request.profile, request.profile_from, request.is_synthetic = asked.profile, asked.profile_from, asked.is_synthetic
+        request.asks, request.programs, request.imports = self.pipeline.asks, self.pipeline.options, asked.imports
         self.resolved = ResolvedConfigs(self.request)
         self.configs, self.tables = self.resolved.configs, self.resolved.sites["site"][1]
         imports = self.tables.get("import", {})
@@ -74,16 +77,6 @@ class Asked:
         check_imports(self.request.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight()
-
-    def _locates_only(self):
-        """Whether to skip the recordings: locating a picture or a scan in the existing map does not need them."""
-        return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
-
-    def _read_site(self):
-        asked, request = AskedPipeline(self.env), self.request
-        self.pipeline, self.programs = asked.pipeline, asked.programs()
-        request.profile, request.profile_from, request.is_synthetic = asked.profile, asked.profile_from, asked.is_synthetic
-        request.asks, request.programs, request.imports = self.pipeline.asks, self.pipeline.options, asked.imports
 
     def _preflight(self):
         self._check_options()
@@ -93,7 +86,7 @@ class Asked:
         if not self.is_preview and reason_to_build(self.env["BUILD"], self.programs) and not build_programs(self.env, self.programs):
             raise Refused("the programs cannot be built: the first error is above")
         texts = {name: preflight.ConfigText(programs[name], self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
-                                            self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
+                                            *self._inputs(name)) for name in programs}  # fmt: skip
         preflight.check(self.env["BUILD"], texts, self.pipeline.clashes, self.is_preview)
         self._check_goals()
         self._check_needs()
@@ -133,34 +126,26 @@ class Asked:
         folders = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
         return closure(self.pipeline, goals, folders)
 
-    def _site_texts(self, options):
-        """Port -> text that a job with these options reads there of the site's config and QUERY."""
-        sites = self.resolved.sites
+    def _inputs(self, options):
+        """Port -> text that a job with these options reads there of the site's config and QUERY, and port -> path of a file of [import]."""
         inputs = [reference for job in self.pipeline.jobs.values() if job.options == options for reference in job.inputs]
-        return {reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites}
-
-    def _imports(self, options):
-        """Port -> path of the file of [import] that a job with these options reads there."""
-        inputs = [reference for job in self.pipeline.jobs.values() if job.options == options for reference in job.inputs]
-        imports = self.tables.get("import", {})
-        return {reference.port: os.path.join(self.env["DATA"], imports[reference.output]) for reference in inputs
-                if reference.job == "import" and reference.output in imports}
+        sites, imports = self.resolved.sites, self.tables.get("import", {})
+        return ({reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites},
+                {reference.port: os.path.join(self.env["DATA"], imports[reference.output]) for reference in inputs
+                 if reference.job == "import" and reference.output in imports})  # fmt: skip
 
     def settle(self):
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""
         try:
             with plain_errors():
-                stamps = self.resolved.settle(self._folders())
+                folders = {name: sorted({job.folder for job in self.pipeline.jobs.values() if job.options == name})
+                           for name in self.pipeline.options}  # fmt: skip
+                stamps = self.resolved.settle(folders)
                 if not self.is_preview:
                     write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.request.profile, self.tables.get("import", {})))
                 return stamps
         except ConfigError as error:
             raise Refused(error) from None
-
-    def _folders(self):
-        """Name of a config -> names of the folders of its jobs."""
-        return {name: sorted({job.folder for job in self.pipeline.jobs.values() if job.options == name})
-                for name in self.pipeline.options}  # fmt: skip
 
     def check_disk(self, jobs):
         """Room for the frames added since the last list of frames."""

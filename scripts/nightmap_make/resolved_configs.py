@@ -42,7 +42,6 @@ class ConfigRequest:
             setattr(self, name, value)
 
     def program_of(self, name):
-        """The program that takes a config."""
         return self.programs.get(name, name)
 
     @property

@@ -59,7 +59,7 @@ class RulesFile:
         rules = [self._rule(rule) for rule in self.graph.rules]  # adds the names of the lists that the rules use
         goals = [self._goal(goal) for goal in self._goals()]
         rules += self._files_beside()
-        lists = [self._list(paths) for paths in self.graph.lists.values()]
+        lists = [f"{paths.name} := \\\n" + " \\\n".join(f"  {path}" for path in paths.paths) + "\n" for paths in self.graph.lists.values()]
         return "\n".join([head, *lists, *rules, *goals])
 
     def again(self):
@@ -117,28 +117,22 @@ class RulesFile:
     def _list_path(self, paths):
         return f"{self.site.folder}/lists/{paths.name}.txt"
 
-    def _list(self, paths):
-        return f"{paths.name} := \\\n" + " \\\n".join(f"  {path}" for path in paths.paths) + "\n"
-
     def _goals(self):
-        """The goals that have jobs."""
         return list(dict.fromkeys(job.goal for job in self.graph.pipeline.jobs.values()))
 
     def _goal(self, goal):
         rules = [rule for rule in self.graph.rules if rule.job.goal == goal and rule.job.unit == "site"]
-        lists = [f"$({name})" for name in self._shared(goal)]
+        lists = [f"$({self.graph.all_of(job, next(iter(job.outputs))).name})" for job in self.graph.jobs.values()
+                 if job.goal == goal and job.unit != "site"]  # fmt: skip
         return f"{goal}: {' '.join([*(rule.output_paths()[0] for rule in rules), *lists])}\n\t$(DONE)\n"
-
-    def _shared(self, goal):
-        """Lists of the outputs that the jobs per shard or tile make for a goal."""
-        jobs = [job for job in self.graph.jobs.values() if job.goal == goal and job.unit != "site"]
-        return [self.graph.all_of(job, next(iter(job.outputs))).name for job in jobs]
 
     def _rule(self, rule):
         targets = " ".join(rule.output_paths())
         # Programs commit all or nothing: a failed one leaves the last good outputs, and make must not delete them.
         lines = [f"# {rule.name}: {rule.job.purpose}", f".PRECIOUS: {targets}", f"{targets} &: \\"]
-        lines.append(" \\\n".join(f"  {word}" for word in [*self.prerequisites(rule), *self._made_before(rule)]))
+        # Inputs by hash must be there, and their times do not count.
+        before = [f"$({value.name})" if isinstance(value, PathList) else value for port, value in rule.inputs if port in rule.by_hash]
+        lines.append(" \\\n".join(f"  {word}" for word in [*self.prerequisites(rule), *(["|", *before] if before else [])]))
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
@@ -165,18 +159,9 @@ class RulesFile:
     def prerequisites(self, rule):
         words = self.tool(rule)
         for port, value in rule.watched():
-            if isinstance(value, PathList):
-                words.append(f"$({value.name})")
-                words.append(self.names_path(value))
-            else:
-                words.append(value)
+            words += [f"$({value.name})", self.names_path(value)] if isinstance(value, PathList) else [value]
         words += [f"$({need.name})" if isinstance(need, PathList) else need for need in rule.needs]
         return list(dict.fromkeys(words))
-
-    def _made_before(self, rule):
-        """Inputs by hash must be there, and their times do not count."""
-        words = [f"$({value.name})" if isinstance(value, PathList) else value for port, value in rule.inputs if port in rule.by_hash]
-        return ["|", *words] if words else []
 
     def names_path(self, paths):
         """The list of the units of a PathList; a job that reads all units is stale when it changes."""

@@ -6,7 +6,6 @@ import glob
 import json
 import os
 import re
-import time
 import tomllib
 
 RECEIPT = re.compile(r"receipt(?:_[\w-]+)?\.json", re.ASCII)
@@ -32,23 +31,27 @@ def read_receipt(path):
 
 
 def receipts_in(folders):
-    """Paths of the receipts in some folders."""
     found = [path for folder in folders for path in sorted(glob.glob(os.path.join(glob.escape(folder), "receipt*.json")))]
     return [path for path in found if RECEIPT.fullmatch(os.path.basename(path))]
+
+
+def earliest_run_ns(paths, fits):
+    """A time (ns) before the earliest run whose receipt is among `paths`, if all are whole and fits(receipt); else None. Receipts are
+    left out of which it says None."""
+    starts_ns = []
+    for path in paths:
+        try:
+            receipt, whole, start_ns = read_receipt(path)
+            fit = fits(receipt)
+        except DAMAGED:
+            return None
+        if fit is not None and not (whole and fit):
+            return None
+        starts_ns += [start_ns] if fit else []
+    return min(starts_ns, default=None)
 
 
 def made_with(paths, program, config):
     """A time (ns) before the earliest run of a program, if all its receipts among `paths` name exactly this config; else None.
     (Programs may share a folder.)"""
-    starts_ns = []
-    for path in paths:
-        try:
-            receipt, whole, start_ns = read_receipt(path)
-            if receipt["stage"] != program:
-                continue
-            if not whole or tomllib.loads(receipt["config"]) != config:
-                return None
-            starts_ns.append(start_ns)
-        except DAMAGED:
-            return None
-    return min(starts_ns, default=None)
+    return earliest_run_ns(paths, lambda receipt: tomllib.loads(receipt["config"]) == config if receipt["stage"] == program else None)

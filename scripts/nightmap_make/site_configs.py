@@ -55,7 +55,6 @@ def _check_text(path, table, names, where):
 
 
 def site_parts(request):
-    """Part -> its text and tables."""
     path = request.site
     try:
         with open(path, encoding="utf-8") as file:
@@ -69,7 +68,6 @@ def site_parts(request):
 
 
 def settle_site(part, text, site, request):
-    """Writes a part when its text changed."""
     name = os.path.join(part, os.path.basename(request.site))
     current, target = os.path.join(request.config_dir, name), os.path.join(request.work_dir, name)
     settle(current, target, text, means_same=lambda path: _is_same_part(path, site, part, request.asks))

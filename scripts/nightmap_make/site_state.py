@@ -9,12 +9,9 @@ from nightmap_site.script_errors import DataError
 from nightmap_site.toml_file import read_toml
 
 
-def _floor_stems(site_dir):
-    return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
-
-
 # Readers of lists, by what these list. The rules of a site follow from them and from whether there are queries.
-READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles, "floor": _floor_stems}
+READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles,
+           "floor": lambda folder: [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(folder, "grid"))]}  # fmt: skip
 
 
 class SiteState:
@@ -52,7 +49,7 @@ class SiteState:
     def read_lists(self, pipeline, tell):
         """Reads the lists of units that exist. The job of a damaged list must run again; tell(message) says so."""
         for job in pipeline.jobs.values():
-            path = f"{self.folder}/{job.folder}/{job.first_output}"
+            path = f"{self.folder}/{job.folder}/{next(iter(job.outputs.values()))}"
             if not (pipeline.lists_units(job) or job.lists == "query") or not os.path.lexists(path):
                 continue
             try:

@@ -15,7 +15,7 @@ from functools import partial
 from nightmap_make import changed_files
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
-from nightmap_make.run_receipts import DAMAGED, read_receipt
+from nightmap_make.run_receipts import DAMAGED, earliest_run_ns, read_receipt
 from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import DataError
 
@@ -25,7 +25,6 @@ def slot_path(site, job):
 
 
 def settle(graph):
-    """Writes the slots that changed."""
     site, hashes = graph.site, LazyHashes()
     for job in graph.jobs.values():
         text, current, target = _text(graph, job), f"{site.folder}/config/slots/{job.name}", slot_path(site, job)
@@ -79,19 +78,8 @@ def _references(graph, job):
 
 def _start_of_runs_ns(graph, job, hashes):
     """Start of the earliest run when the receipts of all runs fit the slot; None when one does not, or there is none."""
-    starts_ns = []
-    for unit in [] if job.script else graph.units(job):
-        path = graph.path_of(job, "receipt", unit)
-        if not os.path.exists(path):
-            continue
-        try:
-            receipt, whole, start_ns = read_receipt(path)
-            if not whole or _difference(graph, job, receipt, hashes):
-                return None
-            starts_ns.append(start_ns)
-        except DAMAGED:
-            return None
-    return min(starts_ns, default=None)
+    paths = [graph.path_of(job, "receipt", unit) for unit in ([] if job.script else graph.units(job))]
+    return earliest_run_ns(filter(os.path.exists, paths), lambda receipt: not _difference(graph, job, receipt, hashes))
 
 
 def _difference(graph, job, receipt, hashes):

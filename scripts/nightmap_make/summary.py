@@ -33,7 +33,6 @@ def verdict_of(path):
 
 
 def table(graph, site_dir, outcome):
-    """Lines with aligned columns: the jobs that ran, and a sum."""
     names = {rule.name: rule.job for rule in graph.rules}
     made = {}
     for name in outcome.codes:
@@ -55,30 +54,21 @@ def _line(row, widths):
 def _row(graph, site_dir, folder, names):
     jobs = [job for job in graph.jobs.values() if job.folder == folder]
     num_units = sum(len(graph.units(job)) for job in jobs)
-    warnings = str(sum(_num_warnings(f"{site_dir}/logs/{name}.log") for name in names))
+    logs = [path for path in (f"{site_dir}/logs/{name}.log" for name in names) if os.path.isfile(path)]
+    warnings = str(sum(len(WARNING.findall(Path(path).read_bytes())) for path in logs))
     made = f"{len(names)} of {num_units}" if num_units > 1 else ""
     name = jobs[0].name
     try:
         result = StageResult(Path(graph.folder_of(jobs[0])), jobs[0].prefix)
-        return (name, made, _seconds(result.wall_time_s()), _seconds(result.cpu_time_s()), _megabytes(result.peak_memory_bytes()),
-                str(len(result.skipped())), warnings, _counts(result.figures()))  # fmt: skip
+        peak_bytes = result.peak_memory_bytes()
+        return (name, made, _seconds(result.wall_time_s()), _seconds(result.cpu_time_s()),
+                "" if peak_bytes is None else f"{peak_bytes / 1e6:.0f}", str(len(result.skipped())), warnings, _counts(result.figures()))  # fmt: skip
     except DataError as error:
         return (name, made, "", "", "", "", warnings, str(error))
 
 
-def _num_warnings(log):
-    if not os.path.isfile(log):
-        return 0
-    with open(log, "rb") as file:
-        return len(WARNING.findall(file.read()))
-
-
 def _seconds(value):
     return "" if value is None else f"{value:.1f}"
-
-
-def _megabytes(value):
-    return "" if value is None else f"{value / 1e6:.0f}"
 
 
 def _counts(figures):

@@ -2,7 +2,6 @@
 """Finds the rules that would run now, and the reasons: the same comparison of modification times as Make's, in words."""
 
 import json
-import os
 import tomllib
 
 from nightmap_make.graph import PathList
@@ -62,10 +61,7 @@ class Staleness:
         values = [*self._file.tool(rule), *(value for port, value in rule.watched()), *rule.needs]
         values += [self._file.names_path(value) for _, value in rule.inputs if isinstance(value, PathList)]
         for value in values:
-            if isinstance(value, PathList):
-                yield from self._worst_of(value)
-            else:
-                yield value
+            yield from self._worst_of(value) if isinstance(value, PathList) else [value]
 
     def _worst_of(self, paths):
         if paths.name not in self._lists:

@@ -43,9 +43,19 @@ def _refuse(constant):
 
 
 def read_json(path, remedy=REMEDY):
+    return _parsed(path, remedy, lambda text: json.loads(text, parse_constant=_refuse))
+
+
+def read_toml(path, remedy=REMEDY):
+    import tomllib  # a slow import, and most callers read no TOML
+
+    return _parsed(path, remedy, tomllib.loads)
+
+
+def _parsed(path, remedy, parse):
     text = read_text(path, remedy)
     try:
-        return json.loads(text, parse_constant=_refuse)
+        return parse(text)
     except json.JSONDecodeError as error:
         raise DataError(f"{path}:{error.lineno}: {error.msg}; {remedy}") from None
     except RecursionError:
@@ -54,16 +64,23 @@ def read_json(path, remedy=REMEDY):
         raise DataError(f"{path}: {error}; {remedy}") from None
 
 
-def read_toml(path, remedy=REMEDY):
-    import tomllib  # a slow import, and most callers read no TOML
+def read_csv(path, required=()):
+    """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
+    import csv
+    import io
 
-    text = read_text(path, remedy)
+    rows = csv.DictReader(io.StringIO(read_text(path), newline=""))
     try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise DataError(f"{path}: nested too deep; {remedy}") from None
-    except ValueError as error:
-        raise DataError(f"{path}: {error}; {remedy}") from None
+        missing = [name for name in required if name not in (rows.fieldnames or [])]
+        if missing:
+            raise DataError(f"{path}: no column {', '.join(missing)}; {REMEDY}")
+        result = list(rows)
+    except csv.Error as error:
+        raise DataError(f"{path}:{rows.line_num}: {error}; {REMEDY}") from None
+    for number, row in enumerate(result, 2):
+        if None in row or None in row.values():
+            raise DataError(f"{path}:{number}: another number of columns than the header; {REMEDY}")
+    return result
 
 
 def read_object(path, shape, remedy=REMEDY):

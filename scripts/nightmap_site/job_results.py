@@ -2,15 +2,12 @@
 """Results that the stages report: receipts (time, memory) and reports (counts)."""
 
 from nightmap_site.checked_reading import NUMBER, read_object
-from nightmap_site.pipeline import closure
-from nightmap_site.pipeline import read_pipeline
+from nightmap_site.pipeline import closure, read_pipeline
 from nightmap_site.site import CONFIGS
 from nightmap_site.unit_lists import CurrentRuns
 from nightmap_site.written_files import WrittenFiles
 
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
-
-
 # The fields that reports and receipts must have, see nightmap_site.checked_reading.check.
 REPORT = {"?skipped": [str]}
 RECEIPT = {
@@ -38,8 +35,7 @@ class StageResult:
 
     def wall_time_s(self):
         """Sum over the shards; None without receipts."""
-        times = [receipt.get("wall_time_s") for receipt in self.receipts]
-        times = [time for time in times if time is not None]
+        times = [receipt["wall_time_s"] for receipt in self.receipts if "wall_time_s" in receipt]
         return sum(times) if times else None
 
     def cpu_time_s(self):
@@ -54,14 +50,9 @@ class StageResult:
 
     def peak_memory_bytes(self):
         """Largest over the shards; None without receipts."""
-        peaks = [receipt.get("peak_memory_bytes") for receipt in self.receipts]
-        return max((peak for peak in peaks if peak is not None), default=None)
-
-    def build_types(self):
-        return sorted({receipt.get("build_type", "unknown") for receipt in self.receipts})
+        return max((receipt["peak_memory_bytes"] for receipt in self.receipts if "peak_memory_bytes" in receipt), default=None)
 
     def skipped(self):
-        """Reason of every skipped item."""
         return [reason for report in self.reports for reason in report.get("skipped", [])]
 
     def figures(self):

@@ -33,13 +33,9 @@ def check_needs(jobs, sequences, site):
         names = [job.name for job in jobs if need in job.needs]
         indices = failing(sequences) if names else []
         if indices:
-            lines = _lines_of_sequences(site)
+            with open(site, encoding="utf-8") as file:
+                lines = [number for number, line in enumerate(file, 1) if re.match(r"\s*\[\[\s*sequence\s*\]\]", line)]
             places = ", ".join(f"{site}:{lines[i]}" for i in indices)
             wrong.append(f"{places}: {said.format(jobs=', '.join(names))}, or choose a profile without these jobs (docs/profiles.md)")
     if wrong:
         raise PipelineError("\n".join(wrong))
-
-
-def _lines_of_sequences(site):
-    with open(site, encoding="utf-8") as file:
-        return [number for number, line in enumerate(file, 1) if re.match(r"\s*\[\[\s*sequence\s*\]\]", line)]

@@ -113,11 +113,6 @@ class Job:
         """Prefix of the names of report and receipt, needed in a recording's folder, which is not the job's own."""
         return f"{self.name}_" if self.folder == "RECORDING" else ""
 
-    @property
-    def first_output(self):
-        """File name of the output that stands for all, or that lists the units."""
-        return next(iter(self.outputs.values()))
-
     def file_of(self, output):
         """File name of an output, with {unit} in it; None when the job has no such output."""
         made = self.outputs | self.beside | self.run_files()
@@ -137,7 +132,6 @@ class Job:
         return self.lists or self.unit
 
     def jobs_before(self):
-        """Names of the jobs whose files it reads."""
         return [reference.job for reference in self.inputs if reference.job] + [name for name, _ in self.finds]
 
 
@@ -198,7 +192,6 @@ class Pipeline:
             raise PipelineError(f"{reference.where}: in.{reference.port}: only tiles are near each other, and {kind}s are not")
 
     def programs(self):
-        """Names of the programs, without repetition."""
         return list(dict.fromkeys(job.program for job in self.jobs.values() if job.program))
 
     def _named_options(self):
@@ -224,7 +217,6 @@ class Pipeline:
         return bool(job.lists) and decides_rules or any(self.is_read(job, output) for output in job.beside)
 
     def is_read(self, job, output):
-        """Whether a job takes this output as an input."""
         return any((reference.job, reference.output) == (job.name, output) for other in self.jobs.values() for reference in other.inputs)
 
     def _runs_per(self, unit):
@@ -268,15 +260,10 @@ def closure(pipeline, goals, folders=()):
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:
             names |= {reference.job for reference in job.inputs if reference.job}
-            names |= results_before(pipeline, job) if job.script else set()
+        if job.name in names and job.script:  # it reads results: of the goals that it declares those of programs, else all that none asks for
+            names |= {other.name for other in pipeline.jobs.values() if other.when != "asked"
+                      and (not job.results_of or other.goal in job.results_of and not other.script)}  # fmt: skip
     return names
-
-
-def results_before(pipeline, script):
-    """Names of the jobs whose results a script reads, without what these need: of the goals that it declares (results_of) the
-    programs, else all jobs but those that run only on request."""
-    return {job.name for job in pipeline.jobs.values() if job.when != "asked"
-            and (not script.results_of or job.goal in script.results_of and not job.script)}  # fmt: skip
 
 
 # The sources of a site's pipeline, for scripts that get the folder of the site.

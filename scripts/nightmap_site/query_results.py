@@ -1,24 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The queries of a site, pictures or laser scans: what localize found of each, and which of them QUERY named. Imports little."""
 
-import csv
-import io
 import math
 import re
 
 from nightmap_site import unit_lists
-from nightmap_site.checked_reading import REMEDY, read_text, read_toml, using
-from nightmap_site.script_errors import DataError
+from nightmap_site.checked_reading import read_csv, read_toml, using
 
 SCAN_NUMBER = re.compile(r"#[1-9]\d*$", re.ASCII)
 MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
-
-
-def _rows(path, columns):
-    rows = list(csv.DictReader(io.StringIO(read_text(path), newline="")))
-    if any(row.get(column) is None for row in rows for column in columns):
-        raise DataError(f"{path}: a row lacks one of the columns {', '.join(columns)}; {REMEDY}")
-    return rows
 
 
 def asked_names(site):
@@ -28,23 +18,14 @@ def asked_names(site):
     listed = site.made("queries", "list" if of_scans else "queries")
     if not (config.exists() and asked.exists() and listed and read_toml(asked)):
         return set()
-    return _asked_scans(listed, asked) if of_scans else _asked_pictures(listed, config)
-
-
-def _asked_scans(listed, asked):
-    """Scans are named after their log, with #1, #2 ... for several of one."""
-    with using(asked):
-        logs = {table["scans"] for table in read_toml(asked)["query"]}
-    names = unit_lists.whole(unit_lists.read_queries, listed)
-    return {name for name in names if name in logs or SCAN_NUMBER.sub("", name) in logs}
-
-
-def _asked_pictures(listed, config):
-    """Their sequences are numbered after those of the site's config."""
+    if of_scans:  # named after their log, with #1, #2 ... for several of one
+        with using(asked):
+            logs = {table["scans"] for table in read_toml(asked)["query"]}
+        return {name for name in unit_lists.whole(unit_lists.read_queries, listed) if name in logs or SCAN_NUMBER.sub("", name) in logs}
     tables = read_toml(config)
-    with using(config):
+    with using(config):  # sequences of pictures are numbered after those of the site's config
         first = len(tables.get("sequence", [])) + len(tables.get("query", []))
-    rows = _rows(listed, ("color_path", "sequence_idx"))
+    rows = read_csv(listed, ("color_path", "sequence_idx"))
     with using(listed):
         return {row["color_path"] for row in rows if int(row["sequence_idx"]) >= first}
 
@@ -68,7 +49,7 @@ class Query:
 def read_queries(site):
     path = site.needed("localize", "queries")
     pose = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw", "position_sigma_m", "rotation_sigma_deg")
-    rows = _rows(path, ("color_path", "status", "reason", *pose))
+    rows = read_csv(path, ("color_path", "status", "reason", *pose))
     with using(path):
         return [Query(row, site.pipeline.asks) for row in rows]
 

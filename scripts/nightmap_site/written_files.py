@@ -10,8 +10,6 @@ from nightmap_site.script_errors import DataError
 
 
 class WrittenFiles:
-    """Reads each file and each receipt once."""
-
     def __init__(self):
         self._listed, self._hashes = {}, None
 

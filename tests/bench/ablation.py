@@ -26,7 +26,6 @@ from nightmap_site.job_results import RECEIPT
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.toml_file import read_toml
 
-MAX_GAP_NS = 20_000_000
 SEARCHES = ("combined", "2d_to_3d", "3d_to_2d", "tree")
 PUBLISHED = CHECKOUT / "configs/published_rgbd/localize.toml"
 
@@ -78,7 +77,7 @@ class Site:
         if not truth.exists() or not (self.folder / "localize" / "queries.csv").exists():
             raise DataError(f"{self.folder}: no located queries with a truth; run make localize SITE={name}")
         estimate = read_tum(self.folder / "map_frame" / "trajectory.tum")
-        self.map_pair = match_with_truth(estimate, read_truth(truth), MAX_GAP_NS)
+        self.map_pair = match_with_truth(estimate, read_truth(truth))
         self.config = read_text(self.folder / "config" / "localize.toml")
 
     def run(self, options, work):
@@ -100,7 +99,7 @@ class Site:
         if run.returncode != 0:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
         truth = self.folder / "queries" / "query_ground_truth.tum"
-        figures = evaluate_queries(work / "queries.csv", truth, self.map_pair, MAX_GAP_NS)
+        figures = evaluate_queries(work / "queries.csv", truth, self.map_pair)
         parts = {part["name"]: part["cpu_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
         return figures, parts["locate"] / max(1, figures["num_queries"])
 

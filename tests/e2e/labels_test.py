@@ -142,7 +142,7 @@ class LabelsTest(unittest.TestCase):
     def test_a_renamed_class_is_renamed_in_all_results(self):
         work = self.work.copy()
         self.addCleanup(work.remove)
-        old = json.loads(work.path("objects/objects.json").read_text())["things"][0]["class"]
+        old = json.loads(work.path("things/things.json").read_text())["things"][0]["class"]
         (work.folder / "data/model.toml").write_text(MODEL.replace(f'"{old}"', '"thingamajig"'))
         self.made_anew_is_the_same(work)
         names = [entry["name"] for entry in json.loads(work.path("voxel_labels/legend.json").read_text())["classes"]]
@@ -216,7 +216,7 @@ class LabelsTest(unittest.TestCase):
         self.assertIn("palette has 1 colors for 14 classes", self.make(work, "map", code=2))
 
     def test_a_plan_to_a_thing_ends_before_it_and_faces_it(self):
-        things = json.loads(self.work.path("objects/objects.json").read_text())["things"]
+        things = json.loads(self.work.path("things/things.json").read_text())["things"]
         self.assertTrue(things)
         grid = np.flipud(matplotlib.image.imread(self.work.path("grid/map.pgm")))
         spec = self.work.path("grid/map.yaml").read_text()

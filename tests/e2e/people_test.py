@@ -54,7 +54,7 @@ class PeopleTest(moving_test.BoardTest):
         voxels = {entry["name"]: entry["num_voxels"] for entry in json.loads(self.work.path("voxel_labels/legend.json").read_text())["classes"]}
         self.assertGreater(voxels["object"], 50)
         self.assertLess(voxels["person"], 0.05 * voxels["object"])
-        self.assertTrue(json.loads(self.work.path("objects/objects.json").read_text())["things"])
+        self.assertTrue(json.loads(self.work.path("things/things.json").read_text())["things"])
 
     def test_each_keyframe_of_the_map_has_a_mask(self):
         with h5py.File(self.work.path("ghosts/masks.h5")) as file:

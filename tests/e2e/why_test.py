@@ -90,10 +90,10 @@ class WhyTest(SiteTest):
         self.site.path("voxel_labels/voxels.h5").unlink()
         self.make("-q", "map", code=1)
         self.make("-j4", "map")
-        self.assertIn("objects", self.site.ran())
+        self.assertIn("things", self.site.ran())
         for change, goal in (("voxel_labels.keyframe_stride=2", "plan"), ("voxel_labels.keyframe_stride=1", "map")):
             self.make("-j4", goal, f"SET={change}", changes="1")
-            self.assertLess({"voxel_labels_0_0", "join_labels", "objects"}, set(self.site.ran()))
+            self.assertLess({"voxel_labels_0_0", "join_labels", "things"}, set(self.site.ran()))
             self.make("-q", goal, f"SET={change}")
 
     def test_a_job_that_goes_first_and_fails_costs_no_other(self):

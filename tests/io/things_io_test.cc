@@ -41,7 +41,7 @@ class ThingsIoTest : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  std::filesystem::path path_ = folder_ / "objects.json";
+  std::filesystem::path path_ = folder_ / "things.json";
 };
 
 TEST_F(ThingsIoTest, WhatIsWrittenIsReadToTheLastBit) {

@@ -62,8 +62,7 @@ class HostileFilesTest(unittest.TestCase):
             self.assert_refused(read_ply, self.write("a.ply", good.replace(before, after) + bytes(12)))
         vertices, _ = read_ply(self.write("a.ply", good + bytes(12)))
         self.assertEqual(vertices.shape, (1, 3))
-        words = PLY % (b"ascii", b"1") + b"1 two 3\n"
-        self.assert_refused(read_ply, self.write("a.ply", words))
+        self.assert_refused(read_ply, self.write("a.ply", PLY % (b"ascii", b"1") + b"1 2 3\n"))
         face = good.replace(b"end_header", b"element face 1\nproperty uchar a\nend_header")
         self.assert_refused(read_ply, self.write("a.ply", face + bytes(13)))
 

@@ -15,8 +15,6 @@ from nightmap_site.site import Site
 
 NAMES = ["none", "wall", "floor", "table", "chair", "poster"]
 COLORS = ["#000000", "#808080", "#c0a080", "#0000ff", "#00ff00", "#ff00ff"]
-JOB = '\n[objects]\npurpose = "finds things"\nin.voxels = "join_labels.voxels"\nout.things = "objects.json"\n' \
-      'section.report = "scripts/nightmap_eval/labels/report_things.py"\nsection.evaluation = "scripts/nightmap_eval/labels/thing_accuracy.py"\n'  # fmt: skip
 RESOLUTION_M = 0.05
 MAP_YAW_RAD, MAP_M = 0.5, np.array([1.0, -2.0, 0.0])  # fake_site.write_site turns and moves the building so
 
@@ -29,11 +27,7 @@ BOXES = (("table", TABLE), ("chair", CHAIR), ("wall", WALL))
 
 
 def write_configs(folder):
-    """The profile of labels with the job that finds things, whether or not it declares it by itself."""
     shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites"))
-    profile = folder / "labels" / "pipeline.toml"
-    if "\n[objects]" not in profile.read_text():
-        profile.write_text(profile.read_text() + JOB)
 
 
 def write_site(root):
@@ -122,13 +116,13 @@ def write_votes(site_dir, keys, offsets, votes, weights, names=NAMES):
 
 
 def thing_entry(name, class_name, box, **changes):
-    """A line of objects.json, of a box in the map frame."""
+    """A line of things.json, of a box in the map frame."""
     return {"name": name, "class": class_name, "x_m": box.centre_m[0], "y_m": box.centre_m[1], "heading_rad": box.heading_rad,
             "bottom_m": box.centre_m[2] - box.half_size_m[2], "size_m": (2 * box.half_size_m).tolist(), "num_views": 7,
             "confidence": 0.9} | changes  # fmt: skip
 
 
 def write_things(site_dir, *entries):
-    (site_dir / "objects").mkdir(exist_ok=True)
+    (site_dir / "things").mkdir(exist_ok=True)
     content = {"format": "nightmap_things", "version": 1, "things": list(entries)}
-    (site_dir / "objects" / "objects.json").write_text(json.dumps(content))
+    (site_dir / "things" / "things.json").write_text(json.dumps(content))

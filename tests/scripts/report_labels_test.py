@@ -105,7 +105,7 @@ class ReportThingsTest(SectionsTest):
         return {"time_ns": 1, "color_path": "rgb/1.png", "rectangle_px": [30, 20, 60, 40]}
 
     def test_without_the_job_or_things_it_says_so(self):
-        self.assertIn("The objects stage did not run.", self.section())
+        self.assertIn("The things stage did not run.", self.section())
         labels_site.write_things(self.site_dir)
         self.assertIn("No thing was found.", self.section())
 
@@ -147,7 +147,7 @@ class ReportThingsTest(SectionsTest):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
         labels_site.write_things(self.site_dir, thing_entry("table_1", "table", thing_box(TABLE)))
         figures = thing_accuracy.evaluate(self.site())
-        self.assertRegex(self.section({"sections": {"objects": figures}}), r"0\.5 or more \(%\)</td><td class=.number.>50<")
+        self.assertRegex(self.section({"sections": {"things": figures}}), r"0\.5 or more \(%\)</td><td class=.number.>50<")
 
     def test_names_of_things_at_one_place_stand_below_each_other(self):
         def thing(x_m):
@@ -176,12 +176,12 @@ class WholePageTest(SectionsTest):
     def test_a_page_without(self):
         page = self.whole_page()
         self.assertIn("The join_labels stage did not run.", page)
-        self.assertIn("The objects stage did not run.", page)
+        self.assertIn("The things stage did not run.", page)
 
     def test_damaged_figures_are_named(self):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
         labels_site.write_things(self.site_dir, thing_entry("table_1", "table", thing_box(TABLE)))
-        for module, job in ((report_labels, "join_labels"), (report_things, "objects")):
+        for module, job in ((report_labels, "join_labels"), (report_things, "things")):
             for figures in (5, {"has_truth": "yes"}, {"has_truth": True, "nowhere_percent": "much"}):
                 with self.subTest(job, figures=figures), self.assertRaisesRegex(DataError, f"metrics.json: sections: {job}"):
                     module.sections(self.site(), {"sections": {job: figures}})

@@ -77,7 +77,7 @@ class ThingAccuracyTest(unittest.TestCase):
     def test_damaged_things_are_named(self):
         for change in ({"size_m": [1, 1]}, {"size_m": [1, 0, 1]}, {"best_view": {"time_ns": 1, "color_path": "a", "rectangle_px": [1]}}):
             labels_site.write_things(self.site_dir, thing_entry("bed_1", "table", TABLE, **change))
-            with self.assertRaisesRegex(DataError, "objects.json: thing 'bed_1': not a valid size"):
+            with self.assertRaisesRegex(DataError, "things.json: thing 'bed_1': not a valid size"):
                 thing_accuracy.evaluate(labels_site.opened(self.root))
 
 

@@ -11,8 +11,6 @@ DEG_PER_M = 30  # a view that is turned by this shows about as much else as one 
 
 
 class NearestFrames:
-    """The keyframes of a camera's map."""
-
     def __init__(self, site):
         keyframes, frames = read_tum(site.path("map_frame", "keyframes")), Frames(site)
         path_at = {time_ns: row["color_path"] for time_ns, row in zip(frames.times_ns, frames.rows)}

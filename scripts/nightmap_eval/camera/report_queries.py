@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Section of the report on located queries, pictures or laser scans."""
 
-import io
-
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
 from nightmap_eval.camera.nearest_frames import nearest_frames
-from nightmap_eval.pictures import open_picture
+from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 from nightmap_site.query_results import asked_names
 
@@ -39,35 +37,24 @@ def choose(rows, count):
 
 
 def thumbnail(data, color_path):
-    """A small JPEG of a picture, or a note: a missing picture must not prevent the report."""
-    if data is None:
-        return ""
-    try:
+    def small():
         with open_picture(data / color_path) as picture:
-            small = picture.convert("RGB")
-        small.thumbnail(THUMBNAIL_PX)
-        buffer = io.BytesIO()
-        small.save(buffer, "JPEG", quality=80)
-    except Exception:  # on a damaged picture Pillow may raise any exception
-        return html.Raw('<span class="note">no picture</span>')
-    return html.image(buffer.getvalue(), color_path, "thumbnail", "image/jpeg")
+            picture = picture.convert("RGB")
+        picture.thumbnail(THUMBNAIL_PX)
+        return picture
 
-
-def _thumbnails(data, color_paths):
-    """Side by side."""
-    return html.Raw('<span class="side">' + " ".join(html.escape(thumbnail(data, path)) for path in color_paths) + "</span>")
+    return "" if data is None else jpeg(small, color_path, "thumbnail")
 
 
 def _figures(queries):
-    counts = html.table(("", ""), [
+    has_truth = "num_with_truth" in queries
+    yield html.table(("", ""), [
         ("Queries", queries["num_queries"]),
         *((verdict.replace("_", " "), count) for verdict, count in queries["num_by_verdict"].items()),
-        *([("With truth", queries["num_with_truth"])] if "num_with_truth" in queries else []),
+        *([("With truth", queries["num_with_truth"])] if has_truth else []),
     ])  # fmt: skip
-    return [counts, _error_table(queries)] if "num_with_truth" in queries else [counts]
-
-
-def _error_table(queries):
+    if not has_truth:
+        return
     names = [(f"{title} error ({unit}); a failure counts as infinite", f"{key}_{kind}_error_{unit}")
              for title, key in (("Median", "median"), ("90 %", "p90"))
              for kind, unit in (("translation", "cm"), ("rotation", "deg"))]  # fmt: skip
@@ -75,7 +62,7 @@ def _error_table(queries):
               for max_cm, max_deg in RECALL_THRESHOLDS]  # fmt: skip
     names.append((f"Located with an error above {WRONG_CM} cm", "num_wrong"))
     rows = [(title, *(html.number(queries[way][key]) for way in PROTOCOLS)) for title, key in names]
-    return html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
+    yield html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
 
 
 def _query_row(row, is_asked):
@@ -92,7 +79,7 @@ def query_section(site, metrics, data):
     rows = query_rows(site, metrics)
     if rows is None:
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
-    parts = _figures(metrics["queries"]) if "queries" in metrics else []
+    parts = list(_figures(metrics["queries"])) if "queries" in metrics else []
     asked, asks = asked_names(site), site.pipeline.asks
     head = (asks.removesuffix("s"), "status", "error (cm)", "error (deg)", "reason")
     of_query, own = ([row for row in rows if (row["color_path"] in asked) == which] for which in (True, False))
@@ -101,10 +88,10 @@ def query_section(site, metrics, data):
     if asks == "pictures":
         nearest = nearest_frames(site, NUM_NEAREST)
         head = ("", "nearest in the map", *head)
-        shown = [[thumbnail(data, row["color_path"]), _thumbnails(data, nearest.get(row["query_idx"], [])), *cells]
-                 for row, cells in zip(chosen, shown)]  # fmt: skip
+        beside = [" ".join(html.escape(thumbnail(data, path)) for path in nearest.get(row["query_idx"], [])) for row in chosen]
+        shown = [[thumbnail(data, row["color_path"]), html.Raw(f'<span class="side">{pictures}</span>'), *cells]
+                 for row, pictures, cells in zip(chosen, beside, shown)]  # fmt: skip
     parts.append(html.table(head, shown))
     if len(own) > MAX_PICTURES:
-        chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample."
-        parts.append(html.paragraph(chosen, "note"))
+        parts.append(html.paragraph(f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample.", "note"))
     return html.section("Queries", *parts)

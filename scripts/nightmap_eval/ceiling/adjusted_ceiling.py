@@ -5,9 +5,10 @@ The same figures of poses and landmarks as of the filter (ceiling_accuracy.py). 
 """
 
 from nightmap_eval.artifacts import Frames, num_unusable_frames
-from nightmap_eval.ceiling.ceiling_accuracy import coverage, pose_figures, read_results, true_frames
+from nightmap_eval.ceiling.ceiling_accuracy import pose_figures, read_results, true_frames
 from nightmap_eval.ceiling.ceiling_landmarks import landmark_figures
 from nightmap_eval.ceiling.true_ceiling import read_true_ceiling
+from nightmap_eval.trajectory_errors import coverage
 
 JOB = "adjust"
 
@@ -15,7 +16,7 @@ JOB = "adjust"
 def evaluate(site):
     estimate, ceiling_map = read_results(site, JOB)
     frames = Frames(site)
-    figures = {"coverage": coverage(frames.times_ns, frames.frame_idxs, estimate, num_unusable_frames(site)),
+    figures = {"coverage": coverage(frames, estimate, num_unusable_frames(site)),
                "num_landmarks": len(ceiling_map.landmark_position_m)}  # fmt: skip
     truth = true_frames(site, frames.times_ns)
     if truth is None:

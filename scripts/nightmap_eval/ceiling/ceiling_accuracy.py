@@ -14,7 +14,7 @@ from nightmap_eval.ceiling.true_ceiling import read_true_ceiling
 from nightmap_eval.planar_poses import first_pose_alignment, planar
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY, robot_figures
 from nightmap_eval.trajectory import interpolated, path_length_m, read_tum
-from nightmap_eval.trajectory_errors import absolute_figures
+from nightmap_eval.trajectory_errors import absolute_figures, coverage
 from nightmap_eval.wheel_poses import read_wheels
 
 RATIOS = (("position", "ate_rmse_m"), ("heading", "rotation_rmse_deg"))
@@ -23,7 +23,7 @@ RATIOS = (("position", "ate_rmse_m"), ("heading", "rotation_rmse_deg"))
 def evaluate(site):
     estimate, ceiling_map = read_results(site)
     frames = Frames(site)
-    figures = {"coverage": coverage(frames.times_ns, frames.frame_idxs, estimate, num_unusable_frames(site))}
+    figures = {"coverage": coverage(frames, estimate, num_unusable_frames(site))}
     figures |= counts(ceiling_map) | {"nis": nis_figures(ceiling_map)}
     wheels = read_wheels(site, frames.times_ns)
     if wheels is not None:
@@ -52,19 +52,6 @@ def true_frames(site, times_ns):
     if not site.robot_truth.exists():
         return None
     return planar(interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), times_ns, MAX_TRUTH_GAP_NS)[1])
-
-
-def coverage(times_ns, frame_idxs, estimate, num_unusable):
-    located = set(estimate.times_ns.tolist())
-    missing = [int(i) for i, time_ns in zip(frame_idxs, times_ns) if int(time_ns) not in located]
-    return {
-        "num_frames": len(times_ns) + num_unusable,
-        "num_frames_with_pose": len(times_ns) - len(missing),
-        "num_frames_without_pose": len(missing) + num_unusable,
-        "num_frames_unusable": num_unusable,
-        "frames_without_pose": missing,
-        "path_length_m": path_length_m(estimate.positions_m),
-    }
 
 
 def counts(ceiling_map):

@@ -12,7 +12,7 @@ import numpy as np
 from nightmap_eval.ceiling.chi_square import shares
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
 from nightmap_eval.robot_accuracy import SAME_NS
-from nightmap_eval.trajectory import associate
+from nightmap_eval.trajectory import associate, travelled_m
 
 POSE_DEGREES = 3
 LEAST_SIGMA = 5e-5  # m or rad: the start is exact by definition, and the filter holds it within 1e-5
@@ -47,9 +47,7 @@ def errors_then(ceiling_map, truth):
     map_from_truth = compose(said[:1], inverse(true[:1]))
     errors = said - compose(map_from_truth, true)
     errors[:, 2] = wrapped_rad(errors[:, 2])
-    steps_m = np.linalg.norm(np.diff(true[:, :2], axis=0), axis=1)
-    return FrameErrors(truth.times_ns[pairs[:, 0]], np.concatenate([[0.0], np.cumsum(steps_m)]), errors,
-                       ceiling_map.frame_covariance[pairs[:, 1]])  # fmt: skip
+    return FrameErrors(truth.times_ns[pairs[:, 0]], travelled_m(true[:, :2]), errors, ceiling_map.frame_covariance[pairs[:, 1]])
 
 
 def nees_figures(frame_errors):

@@ -102,12 +102,9 @@ def height_of_axis(errors, sigmas):
 
 def nees_png(times_s, nees, degrees):
     """NEES of each frame, with the bounds that hold 95 % of the values of honest covariances."""
-    figure, axes = drawing.plt.subplots(figsize=(8.5, 2.6))
+    figure, axes = drawing.line_axes((8.5, 2.6), "time (s)", "NEES")
     axes.axhspan(*bounds(degrees), color=GREEN, alpha=0.15, lw=0, label="95 % bounds")
     axes.plot(times_s, np.maximum(nees, LEAST_NEES), color=BLUE, lw=0.8)
     axes.set_yscale("log")
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("NEES")
     axes.legend(fontsize=8, loc="lower right")
-    axes.grid(alpha=0.3)
     return drawing.to_png(figure)

@@ -7,6 +7,7 @@ from nightmap_eval.ceiling.ceiling_consistency import squared_mahalanobis
 from nightmap_eval.ceiling.chi_square import quantile
 from nightmap_eval.ceiling.true_ceiling import rays_of, read_camera
 from nightmap_eval.trajectory import interpolated
+from nightmap_eval.trajectory_errors import statistics
 
 MAX_CAMERA_GAP_NS = 500_000_000  # between the true poses of the camera around a sighting
 ELLIPSOID_PROBABILITY = 0.95
@@ -25,16 +26,11 @@ def true_landmarks(ceiling_map, ceiling, camera):
     rows = np.flatnonzero(np.isin(frame_of, known))
     poses = poses.select(np.searchsorted(known, frame_of[rows]))
     pixels = ceiling_map.landmark_last_raw_px[rows]
-    points_m, *around_m = (cast_pixels(ceiling, camera, poses, pixels + offset) for offset in PIXEL_OFFSETS)
+    rays = (np.einsum("nij,nj->ni", poses.rotations(), rays_of(camera, pixels + offset)) for offset in PIXEL_OFFSETS)
+    points_m, *around_m = (ceiling.cast(poses.positions_m, directions) for directions in rays)
     spread_m = np.max([np.linalg.norm(other_m - points_m, axis=1) for other_m in around_m], axis=0)
     has_end = np.isfinite(points_m[:, 0])
     return rows[has_end], points_m[has_end], ~(spread_m[has_end] < EDGE_STEP_M)
-
-
-def cast_pixels(ceiling, camera, poses, pixels):
-    """Points in the building that the camera sees at one pixel of each pose."""
-    rays = np.einsum("nij,nj->ni", poses.rotations(), rays_of(camera, pixels))
-    return ceiling.cast(poses.positions_m, rays)
 
 
 def landmark_figures(site, ceiling_map, ceiling, alignments):
@@ -46,20 +42,13 @@ def landmark_figures(site, ceiling_map, ceiling, alignments):
         return figures
     limit = quantile(ELLIPSOID_PROBABILITY, 3)
     for name, building_from_map in alignments.items():
-        errors_m = ceiling_map.landmark_position_m[rows] - inverse_apply(building_from_map, true_m)
+        errors_m = ceiling_map.landmark_position_m[rows] - building_from_map.apply_inverse(true_m)
         distances_m = np.linalg.norm(errors_m, axis=1)
         squared = squared_mahalanobis(errors_m, ceiling_map.landmark_covariance_m2[rows])
         figures[name] = {
-            "error_median_m": float(np.median(distances_m)),
-            "error_p90_m": float(np.percentile(distances_m, 90)),
-            "error_max_m": float(np.max(distances_m)),
+            **statistics(distances_m, "error_{}_m", "median", "p90", "max"),
             "error_max_off_edges_m": float(np.max(distances_m[~is_at_edge], initial=0)),
             "height_error_median_m": float(np.median(np.abs(errors_m[:, 2]))),
             "inside_percent": 100 * float(np.mean(squared <= limit)),
         }
     return figures
-
-
-def inverse_apply(alignment, points_m):
-    """Points of the target frame in the source frame of an alignment."""
-    return (np.asarray(points_m) - alignment.translation_m) @ alignment.rotation / alignment.scale

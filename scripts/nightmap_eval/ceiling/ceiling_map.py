@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads odometry/ceiling_map.h5: landmarks of a ceiling, and what the filter said at each frame (pipeline/ceiling/ceiling_map_io.h)."""
 
-from dataclasses import dataclass
+from dataclasses import make_dataclass
 
 import numpy as np
 
@@ -10,30 +10,22 @@ from nightmap_site.checked_reading import REMEDY
 from nightmap_site.script_errors import DataError
 
 WITHOUT_ODOMETRY, SLIPPED = 1, 2  # bits of frame_flags
-# name -> columns; 0: a list. The part before the first _ names what a row stands for.
+# name -> columns; 0: a list; 9: matrices (3, 3). The part before the first _ names what a row stands for.
 ARRAYS = {
-    "frame_time_ns": 0, "frame_pose": 3, "frame_covariance": 9, "frame_nis": 0, "frame_num_residuals": 0, "frame_flags": 0,
-    "anchor_pose": 3, "landmark_position_m": 3, "landmark_covariance_m2": 9, "landmark_last_time_ns": 0, "landmark_last_raw_px": 2,
+    "frame_time_ns": 0,
+    "frame_pose": 3,  # x, y (m), heading (rad) by what was known at that frame
+    "frame_covariance": 9,
+    "frame_nis": 0,
+    "frame_num_residuals": 0,  # degrees of freedom of frame_nis
+    "frame_flags": 0,
+    "anchor_pose": 3,  # by all that is known
+    "landmark_position_m": 3,
+    "landmark_covariance_m2": 9,
+    "landmark_last_time_ns": 0,  # of the frame that saw it last
+    "landmark_last_raw_px": 2,  # where
     "loop_anchors": 2,
-}  # fmt: skip
-
-
-@dataclass
-class CeilingMap:
-    """The map's frame is the robot's at its start."""
-
-    frame_time_ns: np.ndarray  # (F,)
-    frame_pose: np.ndarray  # (F, 3) x, y (m), heading (rad) by what was known at that frame
-    frame_covariance: np.ndarray  # (F, 3, 3)
-    frame_nis: np.ndarray  # (F,)
-    frame_num_residuals: np.ndarray  # (F,) degrees of freedom of frame_nis
-    frame_flags: np.ndarray  # (F,)
-    anchor_pose: np.ndarray  # (A, 3) by all that is known
-    landmark_position_m: np.ndarray  # (L, 3)
-    landmark_covariance_m2: np.ndarray  # (L, 3, 3)
-    landmark_last_time_ns: np.ndarray  # (L,) of the frame that saw it last
-    landmark_last_raw_px: np.ndarray  # (L, 2) where
-    loop_anchors: np.ndarray  # (C, 2)
+}
+CeilingMap = make_dataclass("CeilingMap", ARRAYS)  # its frame is the robot's at its start
 
 
 def read_ceiling_map(path):

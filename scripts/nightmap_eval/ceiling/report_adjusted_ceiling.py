@@ -7,7 +7,7 @@ from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.adjusted_ceiling import JOB
 from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling.report_ceiling import POSES, in_map, landmark_parts, trajectory_parts
-from nightmap_site.checked_reading import NUMBER, check, read_json
+from nightmap_site.checked_reading import NUMBER, check, read_object
 
 TITLE = "Adjusted map of the ceiling"
 FOUND_ROWS = (
@@ -29,8 +29,9 @@ def sections(site, metrics):
     truth = true_frames(site, Frames(site).times_ns)
     truth_m = None if truth is None or len(estimate) == 0 else in_map(estimate, truth)
     picture = ceiling_drawing.map_png(ceiling_map, estimate.positions_m, truth_m)
+    report = read_object(site.needed(JOB, "report"), dict.fromkeys((key for key, _ in FOUND_ROWS), NUMBER))
     parts = [html.image(picture, "adjusted landmarks of the ceiling and the robot's way"),
-             html.table(("Adjustment", ""), found_rows(site))]  # fmt: skip
+             html.table(("Adjustment", ""), [[title, report[key]] for key, title in FOUND_ROWS])]  # fmt: skip
     figures = metrics.get("sections", {}).get(JOB)
     if figures is None:
         parts.append(html.paragraph("The evaluate step did not run.", "note"))
@@ -38,10 +39,3 @@ def sections(site, metrics):
         check(figures, FIGURES, "evaluate/metrics.json: sections: adjust")
         parts += trajectory_parts(figures) + landmark_parts(figures)
     return [html.section(TITLE, *parts)]
-
-
-def found_rows(site):
-    report = read_json(site.needed(JOB, "report"))
-    check(report, dict.fromkeys((key for key, _ in FOUND_ROWS), NUMBER), "adjust/report.json")
-    for key, title in FOUND_ROWS:
-        yield [title, report[key]]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sections of the report on the map that a site made of a ceiling: the map with the robot's way, figures, errors, NEES."""
 
-import numpy as np
-
 from nightmap_eval import html
 from nightmap_eval.artifacts import Frames
 from nightmap_eval.ceiling import ceiling_drawing
@@ -11,7 +9,7 @@ from nightmap_eval.ceiling.ceiling_consistency import POSE_DEGREES, errors_then
 from nightmap_eval.metrics_json import ATE
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
 from nightmap_eval.robot_accuracy import SAME_NS
-from nightmap_eval.trajectory import associate
+from nightmap_eval.trajectory import associate, travelled_m
 from nightmap_eval.wheel_poses import read_wheels
 from nightmap_site.checked_reading import NUMBER, check
 
@@ -68,12 +66,11 @@ def error_parts(estimate, ceiling_map, truth, truth_in_map):
     pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)
     errors = to_rows(estimate.select(pairs[:, 1])) - truth_in_map[pairs[:, 0]]
     errors[:, 2] = wrapped_rad(errors[:, 2])
-    steps_m = np.linalg.norm(np.diff(truth_in_map[:, :2], axis=0), axis=1)
-    travelled_m = np.concatenate([[0.0], np.cumsum(steps_m)])[pairs[:, 0]]
     yield html.paragraph("Errors from the first pose on, without alignment: those of what the filter said at each frame, and those of the "
                          "trajectory, which is by all that is known at the end.", "note")  # fmt: skip
     then = errors_then(ceiling_map, truth)
-    yield html.image(ceiling_drawing.errors_png(then, travelled_m, errors), "position and heading error over the route")
+    way_m = travelled_m(truth_in_map[:, :2])[pairs[:, 0]]
+    yield html.image(ceiling_drawing.errors_png(then, way_m, errors), "position and heading error over the route")
     is_judged, nees = then.nees()
     if len(nees):
         times_s = (then.times_ns[is_judged] - then.times_ns[0]) / 1e9
@@ -85,7 +82,9 @@ def figure_parts(metrics):
     if figures is None:
         return [html.paragraph("The evaluate step did not run.", "note")]
     check(figures, FIGURES, "evaluate/metrics.json: sections: odometry")
-    parts = [html.table(("Map", ""), count_rows(figures))]
+    ways = [("Path (m)", figures["coverage"]), *([("Path by the wheels alone (m)", figures["wheels"])] if "wheels" in figures else [])]
+    parts = [html.table(("Map", ""), [*([title, float(way["path_length_m"])] for title, way in ways),
+                                      *([title, figures[key]] for key, title in COUNT_ROWS)])]  # fmt: skip
     parts += trajectory_parts(figures)
     head = ("Honesty of the covariances", "within 95 % bounds (%)", "below (%)", "above (%)", "mean, 1 is ideal", "frames")
     parts.append(html.table(head, consistency_rows(figures)))
@@ -105,17 +104,16 @@ def landmark_parts(figures):
         return []
     head = ("Landmarks against the exact ceiling", "median (cm)", "90 % (cm)", "largest (cm)", "largest off edges (cm)",
             "inside 95 % ellipsoid (%)", "landmarks")  # fmt: skip
-    return [html.table(head, landmark_rows(landmarks)),
+    rows = []
+    for alignment, text in ALIGNMENTS:
+        if alignment in landmarks:
+            values = landmarks[alignment]
+            check(values, LANDMARK_ERRORS, f"evaluate/metrics.json: sections: odometry: landmarks: {alignment}")
+            shown_cm = [100 * values[f"error_{kind}_m"] for kind in ("median", "p90", "max", "max_off_edges")]
+            rows.append([text, *shown_cm, float(values["inside_percent"]), landmarks["num_judged"]])
+    return [html.table(head, rows),
             html.paragraph(f"{landmarks['num_at_edge']} landmarks lie at the edge of a lintel or doorway, where few pixels decide "
                            "which surface is the true one.", "note")]  # fmt: skip
-
-
-def count_rows(figures):
-    yield ["Path (m)", float(figures["coverage"]["path_length_m"])]
-    if "wheels" in figures:
-        yield ["Path by the wheels alone (m)", float(figures["wheels"]["path_length_m"])]
-    for key, title in COUNT_ROWS:
-        yield [title, figures[key]]
 
 
 def pose_rows(figures):
@@ -143,12 +141,3 @@ def consistency_rows(figures):
         if values.get("num_frames"):
             check(values, SHARES | {mean: NUMBER}, f"evaluate/metrics.json: sections: odometry: {key}")
             yield [title, *(float(values[name]) for name in SHARES), values[mean] / divisor, values["num_frames"]]
-
-
-def landmark_rows(landmarks):
-    for alignment, text in ALIGNMENTS:
-        if alignment in landmarks:
-            values = landmarks[alignment]
-            check(values, LANDMARK_ERRORS, f"evaluate/metrics.json: sections: odometry: landmarks: {alignment}")
-            shown_cm = [100 * values[f"error_{kind}_m"] for kind in ("median", "p90", "max", "max_off_edges")]
-            yield [text, *shown_cm, float(values["inside_percent"]), landmarks["num_judged"]]

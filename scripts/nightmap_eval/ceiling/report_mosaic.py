@@ -8,7 +8,7 @@ from nightmap_eval import html
 from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.adjusted_ceiling import JOB as ADJUST
 from nightmap_eval.ceiling.ceiling_accuracy import read_results
-from nightmap_site.checked_reading import NUMBER, check, read_json
+from nightmap_site.checked_reading import NUMBER, read_object
 
 TITLE = "Picture of the ceiling"
 ROWS = (
@@ -23,11 +23,10 @@ Image.MAX_IMAGE_PIXELS = None  # the mosaic of a large building is no attack
 def sections(site, metrics):
     if not (site.made("mosaic", "png") and site.made("mosaic", "report")):
         return [html.section(TITLE, html.paragraph("The mosaic stage did not run.", "note"))]
-    path = site.needed("mosaic", "report")
-    report = read_json(path)
-    check(report, dict.fromkeys((key for key, _ in ROWS), NUMBER), str(path))
+    report = read_object(site.needed("mosaic", "report"), dict.fromkeys((key for key, _ in ROWS), NUMBER))
     _, ceiling_map = read_results(site, ADJUST)
-    corner_m, resolution_m = placed_at(site.needed("mosaic", "pgw"))
+    world = [float(line) for line in site.needed("mosaic", "pgw").read_text().split()]  # its fifth and sixth: the middle of a pixel
+    corner_m, resolution_m = np.array([world[4] - world[0] / 2, world[5] - world[3] / 2]), world[0]
     with Image.open(site.needed("mosaic", "png")) as picture:
         size_m = np.array(picture.size) * resolution_m
         picture.thumbnail((MAX_SHOWN_PX, MAX_SHOWN_PX))
@@ -35,9 +34,3 @@ def sections(site, metrics):
     shown = ceiling_drawing.mosaic_png(pixels, corner_m, size_m, ceiling_map)
     table = html.table(("Mosaic", ""), ([title, report[key]] for key, title in ROWS))
     return [html.section(TITLE, html.image(shown, "the whole ceiling, drawn like a map of the floor"), table)]
-
-
-def placed_at(path):
-    """((x, y) of the upper left corner in the map, edge of a pixel) of a world file."""
-    values = [float(line) for line in path.read_text().split()]
-    return np.array([values[4] - values[0] / 2, values[5] - values[3] / 2]), values[0]

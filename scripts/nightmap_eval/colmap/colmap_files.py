@@ -5,6 +5,7 @@ Formats of version 3.8 (https://colmap.github.io/format.html). COLMAP's pixel (0
 the top left pixel, nightmap's is the centre.
 """
 
+import contextlib
 import sqlite3
 import struct
 from dataclasses import dataclass
@@ -42,28 +43,21 @@ def camera_parameters(camera):
 
 
 class _Bytes:
-    """Reads values from the front of a file."""
-
     def __init__(self, path):
         self.path, self.bytes, self.at = path, Path(path).read_bytes(), 0
 
-    def take(self, layout):
-        size = struct.calcsize("<" + layout)
-        if self.at + size > len(self.bytes):
-            raise DataError(f"{self.path}: truncated; delete its folder and run make again")
+    def cut(self, size):
         self.at += size
-        return struct.unpack_from("<" + layout, self.bytes, self.at - size)
+        if self.at > len(self.bytes):
+            raise DataError(f"{self.path}: truncated; delete its folder and run make again")
+        return self.bytes[self.at - size : self.at]
+
+    def take(self, layout):
+        return struct.unpack("<" + layout, self.cut(struct.calcsize("<" + layout)))
 
     def take_text(self):
         end = self.bytes.find(b"\0", self.at)
-        if end < 0:
-            raise DataError(f"{self.path}: truncated; delete its folder and run make again")
-        text = self.bytes[self.at : end].decode()
-        self.at = end + 1
-        return text
-
-    def skip(self, size):
-        self.at += size
+        return self.cut((end if end >= 0 else len(self.bytes)) - self.at + 1)[:-1].decode()
 
 
 KEYPOINT = np.dtype([("px", "<f8", 2), ("point_id", "<u8")])
@@ -73,12 +67,7 @@ def _read_image(data):
     """Name, camera_from_world (qw qx qy qz tx ty tz) and number of observations."""
     pose = data.take("I7dI")[1:8]
     name = data.take_text()
-    (num_keypoints,) = data.take("Q")
-    start = data.at
-    data.skip(num_keypoints * KEYPOINT.itemsize)
-    if data.at > len(data.bytes):
-        raise DataError(f"{data.path}: truncated; delete its folder and run make again")
-    keypoints = np.frombuffer(data.bytes, KEYPOINT, num_keypoints, start)
+    keypoints = np.frombuffer(data.cut(data.take("Q")[0] * KEYPOINT.itemsize), KEYPOINT)
     no_point = np.iinfo(np.uint64).max
     return name, pose, int(np.count_nonzero(keypoints["point_id"] != no_point))
 
@@ -127,11 +116,8 @@ def _numbers(values):
 
 
 def _select(database, sql):
-    connection = sqlite3.connect(database)
-    try:
+    with contextlib.closing(sqlite3.connect(database)) as connection:
         return connection.execute(sql).fetchall()
-    finally:
-        connection.close()
 
 
 def read_cameras(database):
@@ -148,8 +134,7 @@ def read_cameras(database):
 def replace_cameras(database, before, after):
     """Replaces, in the database, the parameters of each camera in `before` by those at the same index in `after`.
     Both are lists of picture_camera. Other cameras stay unchanged."""
-    connection = sqlite3.connect(database)
-    try:
+    with contextlib.closing(sqlite3.connect(database)) as connection:
         for old, new in zip(before, after, strict=True):
             (model, old_values), (new_model, new_values) = camera_parameters(old), camera_parameters(new)
             if model != new_model:
@@ -157,8 +142,6 @@ def replace_cameras(database, before, after):
             blobs = [np.array(values, "<f8").tobytes() for values in (new_values, old_values)]
             connection.execute("UPDATE cameras SET params = ? WHERE params = ?", blobs)
         connection.commit()
-    finally:
-        connection.close()
 
 
 def read_images(database):

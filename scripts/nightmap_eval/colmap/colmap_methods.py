@@ -19,15 +19,6 @@ class Run:
     queries_step: str
     register_step: str
 
-    @property
-    def is_calibrated(self):
-        """Whether the method uses the cameras that belong to nightmap's poses."""
-        return self.map_step == "triangulate"
-
-    @property
-    def is_held(self):
-        return self.method.startswith("colmap_held")
-
 
 def _runs(suffix):
     maps = [("mapper", step, step) for step in MAPPER_RUNS]

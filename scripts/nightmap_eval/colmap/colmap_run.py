@@ -125,7 +125,6 @@ class Step:
                 process.kill()  # when this script is terminated, COLMAP must end too; otherwise it has ended already
 
     def finish(self, failed=None, **figures):
-        """Moves the folder to its place."""
         receipt = {"format": "nightmap colmap receipt", "version": 1, "step": self.final.name,
                    "colmap": self.version, "threads": self.threads, "failed": failed,
                    "parts": self.parts, **figures}  # fmt: skip

@@ -85,11 +85,6 @@ def _phases_s(root, steps):
     return phases_s
 
 
-def _command_cpu_s(root, steps):
-    times = [part.get("cpu_time_s") for _, part in _commands(root, steps)]
-    return sum(times) if times and None not in times else None
-
-
 def colmap_costs(site, run, num_queries):
     """Map and points include all models of the run's map: locating a query tries each."""
     root = site.evaluate_colmap
@@ -97,7 +92,8 @@ def colmap_costs(site, run, num_queries):
     if run.map_step == "triangulate":
         map_parts = _stage_times_s(site, folders_up_to(POSES)) | map_parts
     steps = (run.queries_step, run.register_step)
-    query_parts, query_cpu_s = _command_times_s(root, steps), _command_cpu_s(root, steps)
+    cpu_s = [part.get("cpu_time_s") for _, part in _commands(root, steps)]
+    query_parts, query_cpu_s = _command_times_s(root, steps), sum(cpu_s) if cpu_s and None not in cpu_s else None
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]
     files += sorted((root / run.map_step).glob("models/*/*.bin"))
     size = sum(path.stat().st_size for path in files if path.exists())

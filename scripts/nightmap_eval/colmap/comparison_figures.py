@@ -55,7 +55,6 @@ def queries_png(grid, trajectory_m, positions_m):
     """Positions of the queries by each method, in nightmap's map; positions_m: method -> (n, 3)."""
     figure, axes = map_axes("Located queries from above, in nightmap's map")
     if grid is not None:
-        axes.set_aspect("equal", adjustable="box")
         draw_grid(axes, grid)
     axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=GRAY, lw=0.8, label="map frames")
     for method, points_m in positions_m.items():

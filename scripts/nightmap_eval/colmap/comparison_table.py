@@ -24,18 +24,11 @@ def _error(figures, reference, protocol, key):
     return figures["against"].get(reference, {}).get(protocol, {}).get(key)
 
 
-def _num_points(figures):
-    used = [model["num_points"] for model in figures["models"] if model["fits"]]
-    return figures.get("num_points", sum(used) if used else None)
-
-
-def _phase(value):
-    return value if isinstance(value, str) else f"{value:.3f}"
-
-
 def comparison_rows(results, reference="truth"):
     """Rows: a title and one text per method. Errors are relative to the reference."""
     methods = results["methods"].values()
+    num_points = [f.get("num_points", sum(model["num_points"] for model in f["models"] if model["fits"]) or None) for f in methods]
+    phases_s = [f["query_phases_s"] for f in methods]
     rows = [
         ("queries", *(str(f["num_queries"]) for f in methods)),
         ("located", *(f"failed: {f['failed']}" if f["failed"] else str(f["num_located"]) for f in methods)),
@@ -53,9 +46,9 @@ def comparison_rows(results, reference="truth"):
     rows += [
         ("map (s)", *(f"{f['map_time_s']:.0f}" for f in methods)),
         ("time per query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
-        *((f"{phase} per query (s)", *(_phase(f["query_phases_s"][phase]) for f in methods)) for phase in PHASES),
+        *((f"{phase} per query (s)", *(s[phase] if isinstance(s[phase], str) else f"{s[phase]:.3f}" for s in phases_s)) for phase in PHASES),
         ("time per query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
-        ("points", *(_text(_num_points(f), "{}") for f in methods)),
+        ("points", *(_text(num, "{}") for num in num_points)),
         ("map size (MB)", *(f"{f['map_size_bytes'] / 1e6:.1f}" for f in methods)),
     ]
     return rows

@@ -9,10 +9,6 @@ from nightmap_eval.colmap.comparison_table import comparison_rows
 from nightmap_site.checked_reading import read_json, using
 
 
-def _stale(site, made_of):
-    return any(hash_if_there(site.folder / name) != known for name, known in made_of.items())
-
-
 def _error_tables(results):
     """Errors against the truth, or else against nightmap; tables against the other methods are folded."""
     references = [
@@ -57,15 +53,10 @@ def comparison_section(site):
         return None
     results = read_json(path, remedy)
     with using(path, remedy):
-        return _section(site, results)
-
-
-def _section(site, results):
-    parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
-    if _stale(site, results["made_of"]):
-        parts.append(html.paragraph(
-            "The map, its queries or the truth changed after this comparison: run make evaluate-colmap again.", "failed"))  # fmt: skip
-    parts += _error_tables(results)
-    parts += [html.image((site.evaluate_colmap / Path(name).name).read_bytes(), name) for name in results["plots"]]
-    parts += [_model_table(results), _time_table(results)]
-    return html.section("Comparison with COLMAP", *parts)
+        parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
+        if any(hash_if_there(site.folder / name) != known for name, known in results["made_of"].items()):
+            parts.append(html.paragraph(
+                "The map, its queries or the truth changed after this comparison: run make evaluate-colmap again.", "failed"))  # fmt: skip
+        parts += _error_tables(results)
+        parts += [html.image((site.evaluate_colmap / Path(name).name).read_bytes(), name) for name in results["plots"]]
+        return html.section("Comparison with COLMAP", *parts, _model_table(results), _time_table(results))

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from nightmap_eval.trajectory_errors import statistics
+
 
 def _segment_distances2(points, start, end):
     direction = end - start
@@ -67,7 +69,4 @@ def cloud_metrics(points_m, building_from_map, vertices_m, triangles, max_points
     if len(chosen) == 0:
         return figures
     errors = distances_m(building_from_map.apply(chosen), vertices_m, triangles)
-    figures["surface_distance_median_m"] = float(np.median(errors))
-    figures["surface_distance_p90_m"] = float(np.percentile(errors, 90))
-    figures["surface_distance_max_m"] = float(np.max(errors))
-    return figures
+    return figures | statistics(errors, "surface_distance_{}_m", "median", "p90", "max")

@@ -42,24 +42,16 @@ class UprightBox:
 
 def iou(a, b):
     """Intersection over union of two boxes, exactly."""
-    both = _shared_height_m(a, b)
-    if both > 0:
-        both *= _area(_clipped(a.corners_m(), b.corners_m()))
-    union = a.volume_m3() + b.volume_m3() - both
-    return both / union if union > 0 else 0.0
-
-
-def _shared_height_m(a, b):
     low_m = max(a.centre_m[2] - a.half_size_m[2], b.centre_m[2] - b.half_size_m[2])
     high_m = min(a.centre_m[2] + a.half_size_m[2], b.centre_m[2] + b.half_size_m[2])
-    return max(0.0, float(high_m - low_m))
-
-
-def _clipped(polygon, convex):
-    """The part of a polygon that lies in a convex one, both counter-clockwise (Sutherland and Hodgman, 1974)."""
-    for start, end in zip(convex, np.roll(convex, -1, axis=0)):
-        polygon = _left_of(polygon, start, end - start)
-    return polygon
+    both = max(0.0, float(high_m - low_m))
+    if both > 0:  # of footprints what lies in both (Sutherland and Hodgman, 1974)
+        polygon, convex = a.corners_m(), b.corners_m()
+        for start, end in zip(convex, np.roll(convex, -1, axis=0)):
+            polygon = _left_of(polygon, start, end - start)
+        both *= _area(polygon)
+    union = a.volume_m3() + b.volume_m3() - both
+    return both / union if union > 0 else 0.0
 
 
 def _left_of(polygon, start, along):

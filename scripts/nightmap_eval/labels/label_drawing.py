@@ -7,6 +7,11 @@ from matplotlib.patches import Patch
 NO_VOXEL = -1
 BACKGROUND = (235, 235, 235)
 MAX_SIDE_PX = 4000
+BELOW_FLOOR_M, HEADROOM_M = 0.2, 2.2  # ceilings are above
+
+
+def floor_from_above(voxels, floor):
+    return from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
 
 
 def from_above(voxels, low_m, high_m):
@@ -39,9 +44,5 @@ def draw(axes, voxels, image, extent_m, opacity=1.0):
 def legend_of(voxels, image):
     """A patch for each class of the picture, for its legend."""
     shown = np.unique(image[image != NO_VOXEL])
-    return [Patch(facecolor=voxels.colors[i], edgecolor="#888888", label=_plain(voxels.names[i])) for i in shown]
-
-
-def _plain(name):
-    """A name in which Matplotlib finds no formula."""
-    return name.replace("$", r"\$")
+    plain = [name.replace("$", r"\$") for name in voxels.names]  # in which Matplotlib finds no formula
+    return [Patch(facecolor=voxels.colors[i], edgecolor="#888888", label=plain[i]) for i in shown]

@@ -33,7 +33,6 @@ def evaluate(site):
 
 
 def overlap(both, found, true):
-    """Figures of these numbers of pixels."""
     return {"recall_percent": 100 * both / true if true else None,
             "precision_percent": 100 * both / found if found else None,
             "iou": both / (found + true - both) if found + true else None}  # fmt: skip

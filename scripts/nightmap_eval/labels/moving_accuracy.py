@@ -28,8 +28,10 @@ def evaluate(site):
         mask = mask_of(path, *frame)
         truth = _truth_of(site.data / row["moving_path"], mask.shape) != 0
         if row.get("label_path"):
-            of_classes += _count(_truth_of(site.data / row["label_path"], mask.shape), truth, mask)
-            may_move = _may_move(site, path)
+            labels = np.minimum(_truth_of(site.data / row["label_path"], mask.shape), IGNORED)
+            of_classes += np.bincount(((truth.astype(int) * 2 + mask) * 256 + labels).ravel(), minlength=1024).reshape(2, 2, 256)
+            labelled = site.made("labels", "labels", path.stem.removeprefix("masks_"))  # none where no network labels the frames
+            may_move = None if labelled is None else np.ravel(read_hdf5(labelled, "moving")[0]).astype(bool)
         if not truth.any():
             shares_of_others.append(100 * mask.mean())
             continue
@@ -45,18 +47,6 @@ def _truth_of(path, shape):
     if truth.shape != shape:
         raise DataError(f"{path}: its size is not that of the frame's mask")
     return truth
-
-
-def _count(labels, moving, mask):
-    """Pixels (2, 2, 256): does it move, is it masked, its class."""
-    cells = (moving.astype(int) * 2 + mask) * 256 + np.minimum(labels, IGNORED)
-    return np.bincount(cells.ravel(), minlength=1024).reshape(2, 2, 256)
-
-
-def _may_move(site, path):
-    """Flags of the classes by the labels of a shard; None where no network labels the frames."""
-    labels = site.made("labels", "labels", path.stem.removeprefix("masks_"))
-    return None if labels is None else np.ravel(read_hdf5(labels, "moving")[0]).astype(bool)
 
 
 def _masked_of(pixels, may_move):

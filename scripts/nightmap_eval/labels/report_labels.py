@@ -11,7 +11,6 @@ from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_site.checked_reading import NUMBER, check
 
 TITLE = "What stands where"
-BELOW_FLOOR_M, HEADROOM_M = 0.2, 2.2  # ceilings are above
 CUTS_M = (0.5, 1.2)  # above the floor
 CUT_THICKNESS_M = 0.2
 PERCENT = (*NUMBER, type(None))
@@ -27,11 +26,11 @@ def sections(site, metrics):
         return [html.section(TITLE, html.paragraph("No voxel has a class: no keyframe with labels sees one.", "note"))]
     size_cm = 100 * voxels.resolution_m
     said = (f"{len(voxels.keys)} voxels of {size_cm:.3g} cm have a class: the one that the labels of the keyframes speak for most. "
-            f"The picture shows the highest voxel of each place, up to {HEADROOM_M} m above the floor; the cuts show layers of "
+            f"The picture shows the highest voxel of each place, up to {label_drawing.HEADROOM_M} m above the floor; the cuts show layers of "
             f"{CUT_THICKNESS_M} m.")  # fmt: skip
     images, parts = [], []
     for floor in sorted(read_floors(site), key=lambda floor: abs(floor["number"])):
-        image, extent_m = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
+        image, extent_m = label_drawing.floor_from_above(voxels, floor)
         images.append(image)
         parts.append(html.image(_above_png(voxels, floor, image, extent_m), f"classes of floor {floor['number']} from above"))
         parts.append(html.image(_cuts_png(voxels, floor, extent_m), f"cuts through floor {floor['number']}"))
@@ -65,18 +64,13 @@ def _cuts_png(voxels, floor, extent_m):
 
 
 def _sizes(voxels, images):
-    """A row per class that the map has."""
     num = len(voxels.names)
     num_voxels = np.bincount(voxels.labels, minlength=num)
     seen = sum(np.bincount(image[image != label_drawing.NO_VOXEL], minlength=num) for image in images)
-    rows = [(swatch(voxels.colors[i]), voxels.names[i], int(num_voxels[i]), float(seen[i] * voxels.resolution_m**2))
+    square = '<span style="display:inline-block;width:.9em;height:.9em;border:1px solid #888;background:{}"></span>'
+    rows = [(html.Raw(square.format(voxels.colors[i])), voxels.names[i], int(num_voxels[i]), float(seen[i] * voxels.resolution_m**2))
             for i in np.flatnonzero(num_voxels)]  # fmt: skip
     return html.table(("", "Class", "Voxels", "Seen from above (m²)"), rows)
-
-
-def swatch(color):
-    """A small square of a color "#rrggbb"."""
-    return html.Raw(f'<span style="display:inline-block;width:.9em;height:.9em;border:1px solid #888;background:{color}"></span>')
 
 
 def _accuracy(metrics):
@@ -94,8 +88,4 @@ def _accuracy(metrics):
     for name, of_class in found.get("classes", {}).items():
         check(of_class, {"num_voxels": int, "right_percent": PERCENT}, f"evaluate/metrics.json: sections: join_labels: {name}")
         rows.append((f"{of_class['num_voxels']} voxels of class {name}: right (%)", of_class["right_percent"]))
-    return [html.table(("Voxels against the made-up building", ""), [(title, _cell(value)) for title, value in rows])]
-
-
-def _cell(value):
-    return "n/a" if value is None else float(value)
+    return [html.table(("Voxels against the made-up building", ""), [(title, "n/a" if value is None else float(value)) for title, value in rows])]

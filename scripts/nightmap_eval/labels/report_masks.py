@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Section of the report on what masks leave out: pictures with their masks, and shares over time."""
 
-import io
-
 import numpy as np
 from PIL import Image
 
 from nightmap_eval import drawing, html
 from nightmap_eval.labels.masks import mask_of, masked_frames, masking_job
-from nightmap_eval.pictures import open_picture
+from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_site.checked_reading import read_object
 
 NUM_PICTURES = 6
@@ -29,7 +27,11 @@ def sections(site, metrics):
     often = 100 * np.mean(shares > MUCH_PERCENT)
     if often > OFTEN_PERCENT:
         parts.append(html.paragraph(f"{often:.0f} % of these frames are masked by more than half: their poses hang on little.", "failed"))
-    parts += [html.image(_shares_png(frames, shares), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
+    figure, axes = drawing.line_axes((7.5, 2.2), "time (s)", "masked (%)")
+    times_s = np.array([int(row["time_ns"]) for row, *_ in frames]) / 1e9
+    axes.plot(times_s - times_s[0], shares, color=drawing.RED, lw=1)
+    axes.set_ylim(0, 100)
+    parts += [html.image(drawing.to_png(figure), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
     return [html.section("What moves", *parts)]
 
 
@@ -43,17 +45,6 @@ def _ghosts(site):
                            f"{report['num_ghosts']} of them are gone at another time, and the map is made without these.")]  # fmt: skip
 
 
-def _shares_png(frames, shares):
-    figure, axes = drawing.plt.subplots(figsize=(7.5, 2.2))
-    times_s = np.array([int(row["time_ns"]) for row, *_ in frames]) / 1e9
-    axes.plot(times_s - times_s[0], shares, color=drawing.RED, lw=1)
-    axes.set_ylim(0, 100)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("masked (%)")
-    axes.grid(alpha=0.3)
-    return drawing.to_png(figure)
-
-
 def _pictures(site, frames, shares):
     """Those in which most moves, of equal stretches of the recording."""
     if site.data is None:
@@ -63,19 +54,16 @@ def _pictures(site, frames, shares):
 
 
 def _picture(site, frame):
-    """A picture with its mask in red; a missing picture must not prevent the report."""
-    path = site.data / frame[0]["color_path"]
-    try:
-        with open_picture(path) as picture:
+    """A picture with its mask in red."""
+    def tinted():
+        with open_picture(site.data / frame[0]["color_path"]) as picture:
             mask = mask_of(*frame[1:])[..., None]
             color = np.asarray(picture.convert("RGB").resize(mask.shape[1::-1]), float)
-        tinted = Image.fromarray(np.where(mask, OPACITY * TINT + (1 - OPACITY) * color, color).astype(np.uint8))
-        tinted.thumbnail((WIDTH_PX, WIDTH_PX))
-        buffer = io.BytesIO()
-        tinted.save(buffer, "JPEG", quality=80)
-    except Exception:  # on a damaged picture Pillow may raise any exception
-        return html.Raw('<span class="note">no picture</span>')
-    return html.image(buffer.getvalue(), frame[0]["color_path"], "", "image/jpeg")
+        red = Image.fromarray(np.where(mask, OPACITY * TINT + (1 - OPACITY) * color, color).astype(np.uint8))
+        red.thumbnail((WIDTH_PX, WIDTH_PX))
+        return red
+
+    return jpeg(tinted, frame[0]["color_path"])
 
 
 def _accuracy(site, metrics):

@@ -15,7 +15,6 @@ from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_site.checked_reading import NUMBER, check
 
 TITLE = "Things"
-HEADROOM_M, BELOW_FLOOR_M = 2.2, 0.2
 FLOOR_REACH_M = 0.5  # a thing stands on the highest floor that is at most so far above its bottom
 OPACITY = 0.45  # of the classes below the boxes
 MAX_PICTURES = 24
@@ -27,7 +26,7 @@ FIGURES = dict.fromkeys(("?found_percent", "?false_percent", "?nowhere_percent",
 def sections(site, metrics):
     things = read_things(site)
     if things is None:
-        return [html.section(TITLE, html.paragraph("The objects stage did not run.", "note"))]
+        return [html.section(TITLE, html.paragraph("The things stage did not run.", "note"))]
     if not things:
         return [html.section(TITLE, html.paragraph("No thing was found.", "note"))]
     said = [html.paragraph(f"Things that stand in the map: {len(things)}. Each box has a name; its front is the side with the thick "
@@ -50,39 +49,30 @@ def _floor_png(site, floor, voxels, things):
     figure, axes = drawing.map_axes(f"Things on floor {floor['number']} ({len(things)})", (9.5, 7.5))
     axes.set_aspect("equal", adjustable="box")
     if voxels is not None:
-        seen = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
-        label_drawing.draw(axes, voxels, *seen, OPACITY)
+        label_drawing.draw(axes, voxels, *label_drawing.floor_from_above(voxels, floor), OPACITY)
     elif site.made("grid", "yaml"):
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / floor["yaml"]))
-    else:
-        _show_all(axes, things)
+    else:  # the boxes set the limits
+        corners_m = np.concatenate([np.zeros((1, 2)), *(thing.box.corners_m() for thing in things)])
+        axes.set_xlim(corners_m[:, 0].min() - 1, corners_m[:, 0].max() + 1)
+        axes.set_ylim(corners_m[:, 1].min() - 1, corners_m[:, 1].max() + 1)
     draw_things(axes, things)
     return drawing.to_png(figure)
-
-
-def _show_all(axes, things):
-    """Where no map is drawn, the boxes set the limits."""
-    corners_m = np.concatenate([np.zeros((1, 2)), *(thing.box.corners_m() for thing in things)])
-    axes.set_xlim(corners_m[:, 0].min() - 1, corners_m[:, 0].max() + 1)
-    axes.set_ylim(corners_m[:, 1].min() - 1, corners_m[:, 1].max() + 1)
 
 
 def _table(site, things):
     with_picture = set(np.linspace(0, len(things) - 1, min(MAX_PICTURES, len(things))).astype(int).tolist())
     if len(with_picture) < len(things):
         yield html.paragraph(f"{len(with_picture)} of the {len(things)} things, spread over the list, have a picture.", "note")
-    rows = [(thing.name, thing.class_name, _size(thing.box), thing.num_views, round(100 * thing.confidence),
-             thumbnail(site, thing) if i in with_picture else "") for i, thing in enumerate(things)]  # fmt: skip
+    rows = [(thing.name, thing.class_name, " x ".join(f"{2 * half_m:.2f}" for half_m in thing.box.half_size_m), thing.num_views,
+             round(100 * thing.confidence), thumbnail(site, thing) if i in with_picture else "")
+            for i, thing in enumerate(things)]  # fmt: skip
     yield html.table(("Name", "Class", "Depth x width x height (m)", "Views", "Confidence (%)", "Best view"), rows)
 
 
-def _size(box):
-    return " x ".join(f"{2 * half_m:.2f}" for half_m in box.half_size_m)
-
-
 def _accuracy(metrics):
-    found = metrics.get("sections", {}).get("objects", {})
-    check(found, FIGURES, "evaluate/metrics.json: sections: objects")
+    found = metrics.get("sections", {}).get("things", {})
+    check(found, FIGURES, "evaluate/metrics.json: sections: things")
     if not found.get("has_truth"):
         return []
     rows = [

@@ -37,11 +37,9 @@ def evaluate(site):
 def seen(true_things, points_m, true_labels, names):
     """Whether the map has enough of each true thing. points_m: centres of the voxels in the building's frame."""
     points_of = {name: points_m[true_labels == names.index(name)] for name in {name for name, _ in true_things} if name in names}
-    return np.array([_num_within(points_of.get(name, points_m[:0]), box) >= MIN_VOXELS for name, box in true_things], bool)
-
-
-def _num_within(points_m, box):
-    return np.count_nonzero((np.abs(box.to_own_axes(points_m)) <= box.half_size_m + BESIDE_M).all(axis=1))
+    within = ((np.abs(box.to_own_axes(points_of.get(name, points_m[:0]))) <= box.half_size_m + BESIDE_M).all(axis=1)
+              for name, box in true_things)  # fmt: skip
+    return np.array([np.count_nonzero(mask) >= MIN_VOXELS for mask in within], bool)
 
 
 def figures(true_things, is_seen, found):
@@ -52,8 +50,7 @@ def figures(true_things, is_seen, found):
     best, is_true = match(overlaps)
     is_nowhere = overlaps.max(axis=0, initial=0) <= 0
     result = {"num_never_seen": int(np.count_nonzero(~is_seen)), "num_of_other_classes": len(found) - len(judged)}
-    everything = np.ones(len(judged), bool)
-    result |= _summary(best, is_seen, is_true, is_nowhere, everything)
+    result |= _summary(best, is_seen, is_true, is_nowhere, np.ones(len(judged), bool))
     by_class = {}
     for name in sorted(classes):
         is_of_class = np.array([thing[0] == name for thing in true_things], bool)

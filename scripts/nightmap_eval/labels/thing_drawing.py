@@ -16,20 +16,15 @@ def draw_things(axes, things):
     """On a map that is drawn, whose limits stay."""
     axes.autoscale(False)
     extent_m = np.array([np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())])
-    for thing in things:
-        _draw_box(axes, thing.box)
+    for box in (thing.box for thing in things):  # the footprint, its front with an arrow out of it
+        corners_m, forward = box.corners_m(), box.axes()[0]
+        front_m = box.centre_m[:2] + box.half_size_m[0] * forward
+        axes.add_patch(Polygon(corners_m, fill=False, edgecolor="black", lw=0.8))
+        axes.plot(*corners_m[1:3].T, color=RED, lw=2, solid_capstyle="butt")
+        axes.annotate("", front_m + ARROW_M * forward, front_m, arrowprops={"arrowstyle": "->", "color": RED, "lw": 1, "shrinkA": 0, "shrinkB": 0})
     for thing, place_m in zip(things, name_places_m(things, float((extent_m / USED_PT).max()))):
         axes.text(*place_m, thing.name, fontsize=FONT_PT, ha="center", va="center", clip_on=True, parse_math=False,
                   path_effects=[withStroke(linewidth=1.5, foreground="white")])  # fmt: skip
-
-
-def _draw_box(axes, box):
-    """The footprint, its front with an arrow out of it."""
-    corners_m, forward = box.corners_m(), box.axes()[0]
-    front_m = box.centre_m[:2] + box.half_size_m[0] * forward
-    axes.add_patch(Polygon(corners_m, fill=False, edgecolor="black", lw=0.8))
-    axes.plot(*corners_m[1:3].T, color=RED, lw=2, solid_capstyle="butt")
-    axes.annotate("", front_m + ARROW_M * forward, front_m, arrowprops={"arrowstyle": "->", "color": RED, "lw": 1, "shrinkA": 0, "shrinkB": 0})
 
 
 def name_places_m(things, m_per_pt):

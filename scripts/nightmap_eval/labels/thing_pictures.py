@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cuts things out of the pictures of the recording."""
 
-import io
-
 from PIL import ImageDraw
 
-from nightmap_eval import html
-from nightmap_eval.pictures import open_picture
+from nightmap_eval.pictures import jpeg, open_picture
 
 WIDTH_PX = 220
 MARGIN = 0.25  # around the thing, of its longer side
@@ -14,17 +11,14 @@ COLOR = (178, 24, 43)
 
 
 def thumbnail(site, thing):
-    """The part of its best view with the thing, framed; a missing picture must not prevent the report."""
-    try:
+    """The part of its best view with the thing, framed."""
+    def framed():
         if site.data is None or not thing.color_path:
             raise OSError("no file")
         with open_picture(site.data / thing.color_path) as picture:
-            cut = cut_out(picture.convert("RGB"), thing.rectangle_px)
-        buffer = io.BytesIO()
-        cut.save(buffer, "JPEG", quality=80)
-    except Exception:  # on a damaged picture Pillow may raise any exception
-        return html.Raw('<span class="note">no picture</span>')
-    return html.image(buffer.getvalue(), thing.color_path, "thumbnail", "image/jpeg")
+            return cut_out(picture.convert("RGB"), thing.rectangle_px)
+
+    return jpeg(framed, thing.color_path, "thumbnail")
 
 
 def cut_out(picture, rectangle_px):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the things of a map, objects.json (pipeline/io/things_io.h)."""
+"""Reads the things of a map, things.json (pipeline/io/things_io.h)."""
 
 from dataclasses import dataclass
 
@@ -26,8 +26,8 @@ class Thing:
 
 
 def read_things(site):
-    """The things that the job `objects` found; None where it did not run."""
-    path = site.made("objects", "things")
+    """The things that the job `things` found; None where it did not run."""
+    path = site.made("things", "things")
     if path is None:
         return None
     content = read_object(path, {"format": str, "version": int, "things": [THING]})

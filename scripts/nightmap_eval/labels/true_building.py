@@ -7,11 +7,10 @@ import numpy as np
 
 from nightmap_eval.floor_accuracy import RECORD_AGAIN, truth_folder
 from nightmap_eval.labels.box_overlap import UprightBox
-from nightmap_eval.trajectory import associate, read_truth, read_tum, umeyama
+from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum, umeyama
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.script_errors import DataError
 
-MAX_GAP_NS = 20_000_000  # between a frame and its true pose
 BOX = {"center_m": [NUMBER], "half_size_m": [NUMBER], "yaw_rad": NUMBER, "label": int}
 RECTANGLE = {"origin_m": [NUMBER], "edge_u_m": [NUMBER], "edge_v_m": [NUMBER], "label": int}
 TRUTH = {"labels": [str], "boxes": [BOX], "rectangles": [RECTANGLE], "?things": [BOX | {"class": str}]}
@@ -39,7 +38,8 @@ def read_true_building(site):
         return None
     truth = read_object(path, TRUTH, RECORD_AGAIN)
     boxes = [(entry["label"], _box(entry)) for entry in truth["boxes"]]
-    rectangles = [(entry["label"], _rectangle(entry)) for entry in truth["rectangles"]]
+    rectangles = [(entry["label"], Rectangle(np.array(entry["origin_m"], float), np.array([*entry["edge_u_m"], *entry["edge_v_m"]], float)))
+                  for entry in truth["rectangles"]]  # fmt: skip
     things = [(entry["class"], _box(entry)) for entry in truth.get("things", [])]
     _check(path, len(truth["labels"]), boxes, rectangles, things)
     return TrueBuilding(truth["labels"], boxes, rectangles, things)
@@ -47,10 +47,6 @@ def read_true_building(site):
 
 def _box(entry):
     return UprightBox(np.array(entry["center_m"], float), np.array(entry["half_size_m"], float), float(entry["yaw_rad"]))
-
-
-def _rectangle(entry):
-    return Rectangle(np.array(entry["origin_m"], float), np.array([*entry["edge_u_m"], *entry["edge_v_m"]], float))
 
 
 def _check(path, num_labels, boxes, rectangles, things):
@@ -69,5 +65,5 @@ def building_from_map(site):
     if path is None or not site.ground_truth.exists():
         return None
     estimate, truth = read_tum(path), read_truth(site.ground_truth)
-    pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
+    pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
     return umeyama(estimate.positions_m[pairs[:, 0]], truth.positions_m[pairs[:, 1]], with_scale=False)

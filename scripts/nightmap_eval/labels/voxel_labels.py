@@ -33,7 +33,10 @@ def read_voxel_labels(site):
     path, legend = site.made("join_labels", "voxels"), site.made("join_labels", "legend")
     if path is None or legend is None:
         return None
-    names, colors = read_legend(legend)
+    classes = read_object(legend, LEGEND)["classes"]
+    if not all(COLOR.fullmatch(entry["color"]) for entry in classes):
+        raise DataError(f"{legend}: a color is not #rrggbb; {REMEDY}")
+    names, colors = ([entry[key] for entry in classes] for key in ("name", "color"))
     resolution_m, keys, offsets, votes, weights = read_hdf5(path, "resolution_m", "key", "vote_offset", "vote_label", "vote_weight")
     with using(path):
         resolution_m, keys = float(np.ravel(resolution_m)[0]), keys.reshape(-1, 3).astype(np.int64)
@@ -41,14 +44,6 @@ def read_voxel_labels(site):
         if len(labels) != len(keys) or labels.max(initial=-1) >= len(names) or not 0 < resolution_m < np.inf:
             raise ValueError("its arrays do not fit each other or the legend")
     return VoxelLabels(resolution_m, keys, labels, names, colors)
-
-
-def read_legend(path):
-    """Names and colors of the classes, in the order of their labels."""
-    classes = read_object(path, LEGEND)["classes"]
-    if not all(COLOR.fullmatch(entry["color"]) for entry in classes):
-        raise DataError(f"{path}: a color is not #rrggbb; {REMEDY}")
-    return [entry["name"] for entry in classes], [entry["color"] for entry in classes]
 
 
 def strongest(offsets, votes, weights):

@@ -14,15 +14,9 @@ from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.relations import read_relations, relation_metrics
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, robot_figures
-from nightmap_eval.trajectory import (
-    associate,
-    interpolated,
-    path_length_m,
-    read_tum,
-    rotation_matrices,
-)
 from nightmap_eval.laser.wall_quality import wall_metrics
-from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
+from nightmap_eval.trajectory import associate, interpolated, path_length_m, read_tum, rotation_matrices
+from nightmap_eval.trajectory_errors import distance_pairs, relative_errors, statistics
 from nightmap_site.checked_reading import using
 from nightmap_site.script_errors import DataError
 
@@ -46,8 +40,9 @@ def evaluate(site):
     if site.relations.exists():
         figures["relations"] = relation_metrics(read_relations(site.relations), estimate)
     if site.made("grid", "yaml"):
-        figures["walls"] = floors_walls(site)
-        figures |= building_metrics(site, alignment)
+        figures["walls"], truth_dir = floors_walls(site), truth_folder(site)
+        if alignment is not None and truth_dir is not None and (truth_dir / "floor_plan.yaml").exists():  # whose frame is the truth's
+            figures["map"] = {"grid": evaluate_floors(site, truth_dir, alignment)}
     return figures
 
 
@@ -84,15 +79,8 @@ def scan_times_ns(site, estimate):
         return max(parts, key=lambda part: len(np.intersect1d(part, estimate.times_ns)))
 
 
-def has_pose(scans_ns, estimate):
-    """Mask of the scans that the trajectory has a pose of."""
-    mask = np.zeros(len(scans_ns), dtype=bool)
-    mask[associate(scans_ns, estimate.times_ns, SAME_NS)[:, 0]] = True
-    return mask
-
-
 def scan_counts(scans_ns, estimate):
-    num_with = int(np.count_nonzero(has_pose(scans_ns, estimate)))
+    num_with = len(associate(scans_ns, estimate.times_ns, SAME_NS))
     return {
         "num_scans": len(scans_ns),
         "num_scans_with_pose": num_with,
@@ -125,21 +113,10 @@ def stretch_metrics(matched, truth, rows, distance_m):
         return figures
     errors = relative_errors(matched, truth.select(rows), estimated[stretches[measured]])
     for name, unit, values in zip(("translation", "rotation"), ("m", "deg"), errors):
-        figures[f"{name}_mean_{unit}"] = float(np.mean(values))
-        figures[f"{name}_median_{unit}"] = float(np.median(values))
-        figures[f"{name}_p90_{unit}"] = float(np.percentile(values, 90))
-        figures[f"{name}_max_{unit}"] = float(np.max(values))
+        figures |= statistics(values, f"{name}_{{}}_{unit}", "mean", "median", "p90", "max")
     return figures | {"length_mean_m": float(np.mean(lengths_m[measured]))}
 
 
 def floors_walls(site):
     """Quality of the walls of the lowest floor: a 2-D scanner maps one."""
     return wall_metrics(read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
-
-
-def building_metrics(site, alignment):
-    """The grid against the exact plan, whose frame is that of the truth; {} where there is no plan."""
-    truth_dir = truth_folder(site)
-    if alignment is None or truth_dir is None or not (truth_dir / "floor_plan.yaml").exists():
-        return {}
-    return {"map": {"grid": evaluate_floors(site, truth_dir, alignment)}}

@@ -10,7 +10,7 @@ from nightmap_eval.laser.laser_accuracy import STRETCHES_M
 from nightmap_eval.laser.report_objects import objects_section
 from nightmap_eval.loop_accuracy import read_loops
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
-from nightmap_eval.report_map import building_rows
+from nightmap_eval.report_map import ate_rows, building_rows
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
 from nightmap_site.checked_reading import REMEDY
@@ -65,7 +65,6 @@ def map_section(site):
     accepted, rejected = loop_ends(site, estimate)
     figure, axes = drawing.map_axes("Grid, the robot's way (the dot is the first scan) and its loops")
     if yaml:
-        axes.set_aspect("equal", adjustable="box")
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
     drawing.draw_trajectory(axes, estimate.positions_m)
     if keyscans:
@@ -91,7 +90,7 @@ def figures_section(figures):
     if "trajectory" in figures:
         trajectory = figures["trajectory"]
         head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)")
-        parts.append(html.table(head, _absolute_rows(trajectory)))
+        parts.append(html.table(head, ate_rows(trajectory)))
         head = ("Motion over", *(f"{name} (cm)" for name in ("mean", "median", "90 %")),
                 *(f"{name} (deg)" for name in ("mean", "median", "90 %")), "stretches", "missing")  # fmt: skip
         parts.append(html.table(head, _stretch_rows(trajectory)))
@@ -121,13 +120,6 @@ def _count_rows(figures):
             yield [title, float(figures["walls"][key])]
 
 
-def _absolute_rows(trajectory):
-    for name, title in (("se3", "ATE, SE(3) alignment"), ("sim3", "ATE, Sim(3) alignment")):
-        values = trajectory[name]
-        scale = f", scale {values['scale']:.4f}" if "scale" in values else ""
-        yield [title + scale, *(100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max")), values["rotation_rmse_deg"]]
-
-
 def _stretch_rows(trajectory):
     for metres in STRETCHES_M:
         values = trajectory[f"relative_{metres}m"]
@@ -155,5 +147,5 @@ def error_section(site, figures):
     estimate = read_tum(path)
     rows, truth = interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), estimate.times_ns, MAX_TRUTH_GAP_NS)
     errors_m = np.linalg.norm(truth_from_map.apply(estimate.positions_m[rows]) - truth.positions_m, axis=1)
-    picture = drawing.error_over_time_png(truth.times_ns, errors_m)
+    picture = drawing.error_png((truth.times_ns - truth.times_ns[:1]) / 1e9, "time (s)", errors_m)
     return html.section("Position error", html.image(picture, "position error over time"))

@@ -77,17 +77,13 @@ def editor_html(grid, files, longest_m):
     shown = {"png": f"data:image/png;base64,{base64.b64encode(cells_png(grid.cells)).decode()}", "rows": rows, "columns": columns,
              "resolution_m": grid.resolution_m, "origin_x_m": grid.origin_x_m, "origin_y_m": grid.origin_y_m,
              "origin_yaw_rad": grid.origin_yaw_rad}  # fmt: skip
-    data = {"max_size_m": longest_m, "grid": shown, "files": files}
+    # No name can end it: the browser looks for tags in it before it reads it.
+    in_script = json.dumps({"max_size_m": longest_m, "grid": shown, "files": files}).replace("<", "\\u003c")
     folder = Path(__file__).parent
     script = "\n".join([(folder / name).read_text(encoding="utf-8") for name in PARTS] + [START])
     return ((folder / "objects_editor.html").read_text(encoding="utf-8")
-            + f'<script type="application/json" id="objects-data">{in_script(data)}</script>\n'
+            + f'<script type="application/json" id="objects-data">{in_script}</script>\n'
             + f"<script>(() => {{\n{script}\n}})();</script>")  # fmt: skip
-
-
-def in_script(value):
-    """JSON that no name can end: the browser looks for tags in it before it reads it."""
-    return json.dumps(value).replace("<", "\\u003c")
 
 
 def cells_png(cells):

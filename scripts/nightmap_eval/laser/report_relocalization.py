@@ -52,7 +52,6 @@ def picture(site, scans):
     """The test map; a dot at the truth of each query in the color of its verdict, a line to where a wrong one was put."""
     figure, axes = drawing.map_axes("Scans that were looked for, at their true places")
     if site.made("test_grid", "yaml"):
-        axes.set_aspect("equal", adjustable="box")
         drawing.draw_grid(axes, read_grid(site.path("test_grid", "yaml")))
     verdicts = np.array([row["status"] for row in scans.rows])
     for verdict, color in COLORS.items():

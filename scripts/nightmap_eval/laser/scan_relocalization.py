@@ -59,14 +59,11 @@ def read_scans(queries, truth):
 
 def evaluate(site):
     queries, truth = site.made("test_localize", "queries"), site.made("test_scans", "truth")
-    return figures(read_scans(queries, truth)) | object_counts(site) if queries and truth else {}
-
-
-def object_counts(site):
-    """Empty when no objects were given."""
+    if not (queries and truth):
+        return {}
     path = site.made("test_localize", "report")
     counts = read_object(path, dict.fromkeys(OBJECT_COUNTS, int)) if path else {}
-    return {name: counts[name] for name in OBJECT_COUNTS} if counts.get("num_objects") else {}
+    return figures(read_scans(queries, truth)) | ({name: counts[name] for name in OBJECT_COUNTS} if counts.get("num_objects") else {})
 
 
 def figures(scans):

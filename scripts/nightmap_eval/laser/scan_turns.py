@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far a robot turned from scan to scan, by its scans alone and by its wheels: each scan is the one before, shifted by the turn."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 MAX_PAIRS, MAX_DIRECTIONS = 1000, 360
@@ -13,17 +11,10 @@ MIN_TURNS, MAX_SPREAD = 30, 0.2  # turns to judge by; their median deviation
 CLEARLY = 0.5  # of the squared differences at no lag, that are left at the best one
 
 
-@dataclass(frozen=True)
-class TurnComparison:
-    """ratio: of the turns by scans to those of the wheels. lag_s: by which the odometry's times are late; None where no lag is clear."""
-
-    ratio: float
-    lag_s: float | None
-
-
 def compare_turns(table, scans, odometry):
-    """None where the robot turns too little, or scans and wheels have nothing to do with each other. `table` has scans of the log, all or
-    some: those are compared that follow each other in the log."""
+    """(ratio of the turns by scans to those of the wheels, seconds by which the odometry's times are late; 0 where no lag is clear). None
+    where the robot turns too little, or scans and wheels have nothing to do with each other. `table` has scans of the log, all or some:
+    those are compared that follow each other in the log."""
     first = np.flatnonzero(np.diff(table.scan_idxs) == 1)
     first = first[np.unique(np.linspace(0, len(first) - 1, min(MAX_PAIRS, len(first))).astype(int))] if len(first) else first
     scans_ns = scans.times_ns
@@ -36,12 +27,10 @@ def compare_turns(table, scans, odometry):
         return np.interp(ends_s + lag_s, odometry_s, headings) - np.interp(begins_s + lag_s, odometry_s, headings)
 
     by_scans = turns_rad(table, first) * (-1 if scans.is_upside_down else 1)
-    ratio = _ratio(by_scans, wheels(0))
     left = [_left(by_scans, wheels(lag_s)) for lag_s in LAGS_S]
-    lag_s = float(LAGS_S[int(np.argmin(left))]) if min(left) < CLEARLY * _left(by_scans, wheels(0)) else None
-    if lag_s is not None:
-        ratio = _ratio(by_scans, wheels(lag_s))
-    return None if ratio is None else TurnComparison(ratio, lag_s)
+    lag_s = float(LAGS_S[int(np.argmin(left))]) if min(left) < CLEARLY * _left(by_scans, wheels(0)) else 0.0
+    ratio = _ratio(by_scans, wheels(lag_s))
+    return None if ratio is None else (ratio, lag_s)
 
 
 def _ratio(by_scans, by_wheels):

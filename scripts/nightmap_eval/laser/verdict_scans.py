@@ -28,7 +28,10 @@ def checks(site):
         table = tables[scans.sensor_id] = range_table(scans, MAX_SCANS)
         yield from time_checks(scans, what, report)
         yield _gaps_check(scans, what, odometries, bool(site.made("pose_graph", "loops_csv")))
-        yield from _limit_checks(scans, what, report)
+        found_m = report.get("range_of_no_hit_m", {}).get(scans.sensor_id)
+        if isinstance(found_m, NUMBER):
+            yield unknown(f"max_range_m of {what}", "the range that the scanner writes where it hit nothing",
+                          f"it is {found_m:g} by the scans, which holds for the map: write max_range_m = {found_m:g} in the [[sensor]]")  # fmt: skip
         yield from _return_checks(table, what)
         with using(path):
             body_check = _body_check(report.get("robot_body", {}).get(scans.sensor_id), what)
@@ -44,10 +47,8 @@ def checks(site):
 def _gaps_check(scans, what, odometries, has_map):
     """Loops of a map that join what lies before and after a gap (verdict_parts.py) tell more."""
 
-    def is_bridged(step):
-        return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)
-
-    lost = [step for step in gap_steps(scans.times_ns).tolist() if not is_bridged(step) and _moved(scans, step)]
+    lost = [step for step in gap_steps(scans.times_ns).tolist() if _moved(scans, step)
+            and not any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)]  # fmt: skip
     if lost and has_map:
         return unknown(f"gaps between {what}", "after which the scans show another place", f"{len(lost)} parts of the way begin after gaps")
     longest_s = max(((scans.times_ns[step + 1] - scans.times_ns[step]) / 1e9 for step in lost), default=0)
@@ -60,13 +61,6 @@ def _gaps_check(scans, what, odometries, has_map):
 def _moved(scans, step):
     before, after = (range_table(scans.only([scan]), 1) for scan in (step, step + 1))
     return before.ranges_m.shape != after.ranges_m.shape or not of_one_place(before.ranges_m[0], after.ranges_m[0])
-
-
-def _limit_checks(scans, what, report):
-    found_m = report.get("range_of_no_hit_m", {}).get(scans.sensor_id)
-    if isinstance(found_m, NUMBER):
-        yield unknown(f"max_range_m of {what}", "the range that the scanner writes where it hit nothing",
-                      f"it is {found_m:g} by the scans, which holds for the map: write max_range_m = {found_m:g} in the [[sensor]]")  # fmt: skip
 
 
 def _return_checks(table, what):

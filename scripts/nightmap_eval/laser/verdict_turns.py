@@ -18,11 +18,11 @@ def turn_checks(table, scans, odometry, what):
     found = compare_turns(table, scans, odometry)
     if found is None:
         return
-    yield check(f"turns of {scans.sensor_id} against {what}", found.ratio, "", (0.75, 1.33), "by how much each scan is the one before, turned, "
+    ratio, lag_s = found
+    yield check(f"turns of {scans.sensor_id} against {what}", ratio, "", (0.75, 1.33), "by how much each scan is the one before, turned, "
                 "as a multiple of the wheels' turn: wheels err by some percent, and so does this figure where the robot drives as it turns",
-                "where the wheels turn the robot by 1 deg, scans turn by {value:.2f}: " + _angles_advice(table, found.ratio),
+                "where the wheels turn the robot by 1 deg, scans turn by {value:.2f}: " + _angles_advice(table, ratio),
                 usable=(0.6, 1.6))  # fmt: skip
-    lag_s = found.lag_s or 0.0
     yield check(f"clocks of {scans.sensor_id} and {what}", lag_s, "s", (-MAX_LAG_S, MAX_LAG_S), "by which the wheels turn later than the scans; "
                 "a robot that turns by 40 deg in a second has turned by 6 until then",
                 f"the times of the odometry are {{value:.2f}} s late: add {-lag_s:.2f} to the time_offset_s of its [[signal]]")  # fmt: skip

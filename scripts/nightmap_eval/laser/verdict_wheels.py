@@ -59,9 +59,11 @@ def direction_advice(site, found):
         return "see the turns: the beams run the other way round"
     turned_deg = math.degrees(found.direction_rad)
     yaw_deg = 180 - (180 - round(_scanner(site)["yaw_deg"] - turned_deg)) % 360
+    half_rad = math.radians(yaw_deg) / 2
+    quaternion = ", ".join(f"{round(value, 6):g}" for value in (0, 0, math.sin(half_rad), math.cos(half_rad)))
     side = "" if abs(round(turned_deg)) == 180 else " to the left" if turned_deg > 0 else " to the right"
     return (f"the map's robot moves turned by {abs(turned_deg):.0f} deg{side} against its wheels: the scanner is mounted turned; turn "
-            f"robot_from_sensor of the scanner to a yaw of {yaw_deg} deg (the last four numbers: {_quaternion(yaw_deg)})")  # fmt: skip
+            f"robot_from_sensor of the scanner to a yaw of {yaw_deg} deg (the last four numbers: {quaternion})")  # fmt: skip
 
 
 def _mirrored(site, found):
@@ -95,11 +97,6 @@ def _scanner(site):
         beams = int(np.ravel(offsets)[1] - np.ravel(offsets)[0])
     return {"start_deg": start, "step_deg": step, "beams": beams,
             "yaw_deg": math.degrees(math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))}  # fmt: skip
-
-
-def _quaternion(yaw_deg):
-    half_rad = math.radians(yaw_deg) / 2
-    return ", ".join(f"{round(value, 6):g}" for value in (0, 0, math.sin(half_rad), math.cos(half_rad)))
 
 
 def wrapped_deg(angle_deg):

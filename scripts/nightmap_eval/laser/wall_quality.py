@@ -20,6 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN
+from nightmap_eval.metrics_json import WALL_KEYS
+from nightmap_eval.trajectory_errors import statistics
 
 RADIUS_M = 0.5
 MIN_PIECE_M = 0.5
@@ -35,8 +37,6 @@ EPSILON = 1e-9
 
 @dataclass
 class WallCells:
-    """The wall cells of a grid."""
-
     cells: np.ndarray  # (n, 2) row, column
     along: np.ndarray  # (n, 2) unit direction of the wall, in rows and columns
 
@@ -49,15 +49,9 @@ def wall_metrics(grid):
     walls = wall_cells(grid)
     figures = {"num_occupied_cells": int(np.count_nonzero(grid.cells == OCCUPIED)), "num_wall_cells": len(walls.cells)}
     if len(walls.cells) == 0:
-        names = ("thickness_mean_cells", "thickness_median_cells", "thickness_p90_cells", "doubled_percent")
-        return figures | dict.fromkeys(names)
-    thickness = thickness_cells(grid, walls)
-    return figures | {
-        "thickness_mean_cells": float(np.mean(thickness)),
-        "thickness_median_cells": float(np.median(thickness)),
-        "thickness_p90_cells": float(np.percentile(thickness, 90)),
-        "doubled_percent": 100 * float(np.mean(doubled(grid, walls))),
-    }
+        return figures | dict.fromkeys(WALL_KEYS)
+    return figures | {**statistics(thickness_cells(grid, walls), "thickness_{}_cells", "mean", "median", "p90"),
+                      "doubled_percent": 100 * float(np.mean(doubled(grid, walls)))}  # fmt: skip
 
 
 def wall_cells(grid):
@@ -145,7 +139,6 @@ def _run_ends(grid, cells, steps, max_steps):
 
 
 def thickness_cells(grid, walls):
-    """Thickness of the wall at each wall cell."""
     steps, lengths = _steps(walls.normals())
     max_steps = max(1, round(MAX_THICKNESS_M / grid.resolution_m))
     return 1 + lengths * (_run_ends(grid, walls.cells, steps, max_steps) + _run_ends(grid, walls.cells, -steps, max_steps))

@@ -30,7 +30,9 @@ class Check:
 def check(name, value, unit, good, reason, advice, usable=(-math.inf, math.inf)):
     """A value that is good within `good` (least, largest), and of no use outside `usable`."""
     verdict = GOOD if _within(value, good) else LOOK if _within(value, usable) else REFUSE
-    return Check(name, verdict, value, unit, _limit_text(good, unit), reason, "" if verdict == GOOD else advice.format(value=value))
+    least, most = (f"{limit:g}" for limit in good)
+    limits = f"at most {most}" if good[0] == -math.inf else f"at least {least}" if good[1] == math.inf else f"{least} to {most}"
+    return Check(name, verdict, value, unit, f"{limits} {unit}".rstrip(), reason, "" if verdict == GOOD else advice.format(value=value))
 
 
 def unknown(name, reason, advice, matters=False):
@@ -44,12 +46,6 @@ def escaped(text):
 
 def _within(value, limits):
     return limits[0] <= value <= limits[1]  # a value that is no number is in no limits
-
-
-def _limit_text(limits, unit):
-    least, most = (f"{limit:g}" for limit in limits)
-    text = f"at most {most}" if limits[0] == -math.inf else f"at least {least}" if limits[1] == math.inf else f"{least} to {most}"
-    return f"{text} {unit}".rstrip()
 
 
 def worst(checks):

@@ -32,10 +32,10 @@ def _truth_checks(site):
 def _fixed_parts_check(site):
     part = largest_fixed_part(site)
     advice = "" if part is None else (
-        f"{{value:.1f}} % of the picture of camera {escaped(part.camera_id)} is the same in every view: a part of the robot, or a "
-        f"border, which a map would take for the world. survey/{part.mask} in the folder of the map is white there: look at it, copy it to "
+        f"{{value:.1f}} % of the picture of camera {escaped(part['camera_id'])} is the same in every view: a part of the robot, or a "
+        f"border, which a map would take for the world. survey/{part['mask']} in the folder of the map is white there: look at it, copy it to "
         'mask.png in the root folder of the site config, and write mask = "mask.png" in the [[camera]]')  # fmt: skip
-    return check("parts of the robot in the picture", 100 * part.share if part else 0.0, "% of the area", (-math.inf, 0),
+    return check("parts of the robot in the picture", 100 * part["share"] if part else 0.0, "% of the area", (-math.inf, 0),
                  "they stay in place while the camera moves, and say that it does not", advice, usable=(-math.inf, 10))  # fmt: skip
 
 
@@ -69,11 +69,8 @@ def _repeat_checks(survey, frames):
     yield check("copied frames", copies, "%", (0, 1), "that come in less than half the usual interval and show the same",
                 "{value:.0f} % of the frames are a copy of the frame just before them: the recorder writes frames twice, and the map takes "
                 "as much longer; leave the copies out")  # fmt: skip
-    yield check("frozen depth", 100 * _share_of_frozen_depth(survey), "%", (0, 1), "as frozen pictures",
-                "{value:.0f} % of the frames repeat the depth before them under a new picture: the depth camera stalled")  # fmt: skip
-
-
-def _share_of_frozen_depth(survey):
-    same_depth, same_color = survey.column("same_depth"), survey.column("same_color")
+    same_depth = survey.column("same_depth")
     known = ~np.isnan(same_depth)
-    return float(np.mean((same_depth[known] > 0) & (same_color[known] == 0))) if known.any() else 0.0
+    share = float(np.mean((same_depth[known] > 0) & (same_color[known] == 0))) if known.any() else 0.0
+    yield check("frozen depth", 100 * share, "%", (0, 1), "as frozen pictures",
+                "{value:.0f} % of the frames repeat the depth before them under a new picture: the depth camera stalled")  # fmt: skip

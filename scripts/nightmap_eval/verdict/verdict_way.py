@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from nightmap_eval.artifacts import BRIDGED, STARTED, Frames, bridged_frames, frames_apart, shard_names, tracking_states
-from nightmap_eval.trajectory import angles_deg, read_tum
+from nightmap_eval.trajectory import angles_deg, read_tum, travelled_m
 from nightmap_eval.verdict.verdict import check, escaped, unknown
 from nightmap_site.checked_reading import NUMBER, read_object, using
 
@@ -102,12 +102,11 @@ def speeds(trajectory, frames):
     sequence_of = dict(zip(frames.times_ns.tolist(), frames.sequence_idxs.tolist()))
     sequences = np.array([sequence_of.get(time_ns, -1) for time_ns in trajectory.times_ns.tolist()])
     ways = (trajectory.select(np.flatnonzero(sequences == idx)) for idx in np.unique(sequences[sequences >= 0]))
-    return np.concatenate([np.zeros(0), *map(_speeds_of_way, ways)])
-
-
-def _speeds_of_way(way):
-    ways_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way.positions_m, axis=0), axis=1))])
-    later = np.searchsorted(way.times_ns, way.times_ns + APART_NS)
-    first = np.flatnonzero(later < len(way))
-    later = later[first]
-    return (ways_m[later] - ways_m[first]) / ((way.times_ns[later] - way.times_ns[first]) / 1e9)
+    found = [np.zeros(0)]
+    for way in ways:
+        ways_m = travelled_m(way.positions_m)
+        later = np.searchsorted(way.times_ns, way.times_ns + APART_NS)
+        first = np.flatnonzero(later < len(way))
+        later = later[first]
+        found.append((ways_m[later] - ways_m[first]) / ((way.times_ns[later] - way.times_ns[first]) / 1e9))
+    return np.concatenate(found)

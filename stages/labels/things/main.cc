@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// things: reads the labelled voxels, the octree and the lists of the tiles; writes objects.json.
+// things: reads the labelled voxels, the octree and the lists of the tiles; writes things.json.
 #include "stages/labels/things/things.h"
 
 #include <spdlog/spdlog.h>
@@ -44,13 +44,12 @@ void Run(const ThingsOptions& options, StageContext& context) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const StageSpec spec{
-      "things",
-      "finds the things that stand in the map, and the pictures that show them",
-      {{"voxels", "labels of the octree's occupied voxels"},
-       {"octree", "map.ot of the join_octrees stage"},
-       {"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
-       {"cameras", "cameras.json of the tiles stage"}},
-      {{"things", "objects.json: class, upright box and best view of each thing"}}};
+  const StageSpec spec{"things",
+                       "finds the things that stand in the map, and the pictures that show them",
+                       {{"voxels", "labels of the octree's occupied voxels"},
+                        {"octree", "map.ot of the join_octrees stage"},
+                        {"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
+                        {"cameras", "cameras.json of the tiles stage"}},
+                       {{"things", "things.json: class, upright box and best view of each thing"}}};
   return StageMain(argc, argv, spec, ThingsOptions{}, Run);
 }

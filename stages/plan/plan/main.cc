@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
         Arity::kOptional,
         PortKind::kFile,
         [](const std::filesystem::path& file, const PortPaths&) { ReadObjects(file); }},
-       {"things", "objects.json, which may name them and their classes too", Arity::kOptional},
+       {"things", "things.json, which may name them and their classes too", Arity::kOptional},
        {"trajectory", "trajectory to draw on path.png", Arity::kOptional}},
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
        {"json", "ends, legs and figures of the path"},
