@@ -91,14 +91,15 @@ inline std::string ReadBytes(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Expects `statement` to throw ErrorType with a message that contains `text`.
-#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, text)             \
-  try {                                                               \
-    (void)(statement);                                                \
-    ADD_FAILURE() << #statement << " threw nothing";                  \
-  } catch (const ErrorType& error) {                                  \
-    EXPECT_THAT(std::string(error.what()), testing::HasSubstr(text)); \
-  }                                                                   \
+// Expects `statement` to throw ErrorType with a message that contains each of the texts.
+#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, ...)                            \
+  try {                                                                             \
+    (void)(statement);                                                              \
+    ADD_FAILURE() << #statement << " threw nothing";                                \
+  } catch (const ErrorType& error) {                                                \
+    for (const std::string& part : std::initializer_list<std::string>{__VA_ARGS__}) \
+      EXPECT_THAT(std::string(error.what()), testing::HasSubstr(part));             \
+  }                                                                                 \
   static_assert(true, "")
 
 }  // namespace nightmap

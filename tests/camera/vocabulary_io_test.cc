@@ -27,8 +27,7 @@ class VocabularyIoTest : public testing::Test {
   }
   void ExpectRefused(const std::string& field) const {
     WriteRaw();
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), field);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), "vocabulary.h5");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), field, "vocabulary.h5");
   }
 
   TemporaryFolder folder_;

@@ -395,8 +395,7 @@ TEST_F(OctreeIoTest, ResolutionsOutOfAllProportionAreRefused) {
   for (const std::string res : {"1e-300", "-0.1", "1e300", "0"}) {
     const std::string text = "# Octomap OcTree file\nid OcTree\nsize 0\nres " + res + "\ndata\n";
     WriteFile(folder_ / "res.ot", text);
-    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res.ot: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res");
+    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res.ot: ", "res");
   }
 }
 

@@ -133,8 +133,8 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   const TemporaryFolder folder;
   const auto expect = [&](const FeaturesShard& shard, const char* field) {
     WriteFeatures(folder / "f.h5", shard, "");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "f.h5");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "'" + std::string(field) + "'");
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, ReadFeatures(folder / "f.h5"), "f.h5", "'" + std::string(field) + "'");
   };
   FeaturesShard shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.frames[0].scales_px.pop_back();

@@ -31,8 +31,7 @@ class LandmarksIoTest : public testing::Test {
  protected:
   void ExpectRefused(const std::string& field) const {
     WriteLandmarks(path_, map_, "");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), field);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "landmarks.h5");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), field, "landmarks.h5");
   }
 
   TemporaryFolder folder_;

@@ -17,8 +17,8 @@ TEST(ReadTextFile, NulBytesAreToldWithTheirLine) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadTextFile(folder.Write("a.txt", "1 a\n2 b\n")), "1 a\n2 b\n");
   const auto cut = folder.Write("b.txt", "1 a\n2 b\n3 c" + std::string(500, '\0'));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadTextFile(cut), "b.txt:3: holds 500 NUL bytes");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadTextFile(cut), "copy the file again");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadTextFile(cut), "b.txt:3: holds 500 NUL bytes", "copy the file again");
 }
 
 TEST(ReadTextFile, TextOfWindowsIsReadOrTold) {

@@ -144,8 +144,7 @@ TEST(Tum, BadLinesAreNamed) {
   const TemporaryFolder folder;
   const auto expect = [&](const std::string& line, const std::string& reason) {
     const auto path = folder.Write("bad.tum", "# header\n1 0 0 0 0 0 0 1\n" + line + "\n");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), "bad.tum:3: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), reason);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), "bad.tum:3: ", reason);
   };
   expect("2 0 0 0 0 0 0", "7 columns");
   expect("2 0 0 0 0 0 0 1 5", "9 columns");

@@ -69,9 +69,10 @@ TEST_F(HostileRecordingTest, ALinkMayNotLeadOut) {
     const fs::path kept = folder_ / "kept";
     fs::rename(Recording() / name, kept);
     Link(folder_ / target, name);
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "data/site/rec/" + name + ": is a link to");
-    NIGHTMAP_EXPECT_ERROR(
-        DataError, Read(), "add allow_outside = [\"" + name + "\"] to site.toml:7");
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          Read(),
+                          "data/site/rec/" + name + ": is a link to",
+                          "add allow_outside = [\"" + name + "\"] to site.toml:7");
     config_.allow_outside = {name};
     EXPECT_EQ(Read().frames.size(), 3u);
     config_.allow_outside = {"other", name + "2"};
