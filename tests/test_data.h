@@ -92,14 +92,14 @@ inline std::string ReadBytes(const std::filesystem::path& path) {
 }
 
 // Expects `statement` to throw ErrorType with a message that contains each of the texts.
-#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, ...)                            \
-  try {                                                                             \
-    (void)(statement);                                                              \
-    ADD_FAILURE() << #statement << " threw nothing";                                \
-  } catch (const ErrorType& error) {                                                \
-    for (const std::string& part : std::initializer_list<std::string>{__VA_ARGS__}) \
-      EXPECT_THAT(std::string(error.what()), testing::HasSubstr(part));             \
-  }                                                                                 \
+#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, ...)                                     \
+  try {                                                                                      \
+    (void)(statement);                                                                       \
+    ADD_FAILURE() << #statement << " threw nothing";                                         \
+  } catch (const ErrorType& error) {                                                         \
+    for (const std::string& expected_part : std::initializer_list<std::string>{__VA_ARGS__}) \
+      EXPECT_THAT(std::string(error.what()), testing::HasSubstr(expected_part));             \
+  }                                                                                          \
   static_assert(true, "")
 
 }  // namespace nightmap

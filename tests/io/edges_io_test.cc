@@ -3,14 +3,13 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/hdf5_damage.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace edges_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadEdges(path); };
 
 SensorEdge RandomEdge(EdgeKind kind, std::int64_t source_ns, std::int64_t target_ns) {
   Random random(1, static_cast<std::uint64_t>(source_ns));
@@ -74,16 +73,6 @@ TEST(EdgesIo, NoEdgesAreFine) {
   const TemporaryFolder folder;
   WriteEdges(folder / "e.h5", {"wheels", {}}, "");
   EXPECT_TRUE(ReadEdges(folder / "e.h5").edges.empty());
-}
-
-TEST(EdgesIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteEdges(folder / "e.h5", SomeEdges(), "");
-  ExpectTruncationIsNamed(folder, folder / "e.h5", kRead);
-}
-
-TEST(EdgesIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap edges", 1, kRead);
 }
 
 // A file of another program.

@@ -3,13 +3,12 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/hdf5_damage.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace features_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadFeatures(path); };
 
 FrameFeatures MakeFrame(int frame_idx, int count, int size) {
   FrameFeatures frame;
@@ -123,12 +122,6 @@ TEST(FeaturesIo, AListOfOtherFramesIsNamed) {
   NIGHTMAP_EXPECT_ERROR(UsageError, ReadFeatures(paths, {list}), "2 and 1");
 }
 
-TEST(FeaturesIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteFeatures(folder / "m.h5", MakeShard(DescriptorKind::kRootSift, 0), "");
-  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
-}
-
 TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   const TemporaryFolder folder;
   const auto expect = [&](const FeaturesShard& shard, const char* field) {
@@ -171,10 +164,6 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.kind = DescriptorKind::kBrisk;  // descriptors of 32 bytes said to have 64
   expect(shard, "descriptor");
-}
-
-TEST(FeaturesIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap features", 2, kRead);
 }
 
 // Two features of two frames as another program might write them.
@@ -236,14 +225,6 @@ TEST(FeaturesIo, MissingArraysAndIndicesOutOfRangeAreNamed) {
     WriteArrays(path, kind, {0, 2, 2});
     NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(path), "f.h5: field 'kind'");
   }
-}
-
-TEST(FeaturesIo, EqualContentIsEqualBytes) {
-  const TemporaryFolder folder;
-  const FeaturesShard shard = MakeShard(DescriptorKind::kBrisk, 0);
-  WriteFeatures(folder / "a.h5", shard, "config");
-  WriteFeatures(folder / "b.h5", ReadFeatures(folder / "a.h5"), "config");
-  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
 }
 
 }  // namespace features_io_test

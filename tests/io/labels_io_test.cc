@@ -5,7 +5,8 @@
 #include "pipeline/base/random.h"
 #include "pipeline/io/frame_failure.h"
 #include "pipeline/io/frame_labels.h"
-#include "tests/io/hdf5_damage.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace labels_io_test {
@@ -94,28 +95,6 @@ TEST(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {
   const TemporaryFolder folder;
   WriteLabels(folder / "l.h5", {SomeClasses(), {}}, "");
   EXPECT_TRUE(LabelsReader(folder / "l.h5").Frames().empty());
-}
-
-TEST(LabelsIo, EqualContentIsEqualBytes) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "a.h5", SomeShard(), "config");
-  const LabelsReader reader(folder / "a.h5");
-  LabelsShard read{reader.Classes(), {}};
-  for (const PackedLabels& frame : reader.Frames()) {
-    read.frames.push_back(reader.ReadPacked(frame.time_ns));
-  }
-  WriteLabels(folder / "b.h5", read, "config");
-  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
-}
-
-TEST(LabelsIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "l.h5", SomeShard(), "");
-  ExpectTruncationIsNamed(folder, folder / "l.h5", kRead);
-}
-
-TEST(LabelsIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap labels", kVersion, kRead);
 }
 
 TEST(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {

@@ -3,14 +3,13 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/hdf5_damage.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace matches_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadPairs(path); };
 
 FramePair RandomPair(int i) {
   Random random(1, static_cast<std::uint64_t>(i));
@@ -60,16 +59,6 @@ TEST(MatchesIo, NoPairsAreFine) {
   const TemporaryFolder folder;
   WritePairs(folder / "m.h5", {}, "");
   EXPECT_TRUE(ReadPairs(folder / "m.h5").empty());
-}
-
-TEST(MatchesIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WritePairs(folder / "m.h5", {RandomPair(2)}, "");
-  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
-}
-
-TEST(MatchesIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap matches", 1, kRead);
 }
 
 // Two pairs, three inliers in the first, as another program might write them.

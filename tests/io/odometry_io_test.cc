@@ -3,14 +3,13 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/hdf5_damage.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace odometry_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadOdometry(path); };
 
 Rigid3 RandomPose(Random& random) {
   const Eigen::Quaterniond q(
@@ -62,16 +61,6 @@ TEST(OdometryIo, ReadsBackEveryField) {
   EXPECT_EQ(read.tracks, shard.tracks);
   WriteOdometry(folder / "again.h5", read, "x = 1\n");
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "o.h5"));
-}
-
-TEST(OdometryIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteOdometry(folder / "m.h5", RandomShard(), "");
-  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
-}
-
-TEST(OdometryIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap odometry", 1, kRead);
 }
 
 // Two frames, an edge between them, and a track seen in both, as another program might write them.

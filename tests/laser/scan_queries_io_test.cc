@@ -7,12 +7,12 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/io/hdf5_damage.h"
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace scan_queries_io_test {
-
-constexpr char kFormat[] = "nightmap scan queries";
 
 std::vector<ScanQuery> Queries() {
   ScanQuery single{"kitchen, \"2\" ä", 5, {}, RoughPosition{{1.5, -2}, 5}};
@@ -78,19 +78,12 @@ TEST(ScanQueriesIo, PointsAreThoseOfHitsInTheFrameOfTheQuery) {
   EXPECT_EQ(PointsInQuery(query, 9).size(), 3U);
 }
 
-TEST(ScanQueriesIo, DamagedFilesAreRefusedByName) {
-  const TemporaryFolder folder;
-  WriteScanQueries(folder / "whole.h5", Queries());
-  ExpectTruncationIsNamed(folder, folder / "whole.h5", ReadScanQueries);
-  ExpectOtherFormatsAreRefused(folder, kFormat, 1, ReadScanQueries);
-}
-
 // A file of one query with one scan of two beams, one array replaced.
 class ScanQueriesDamageTest : public testing::Test {
  protected:
   void ExpectRefused(const std::string& why) const {
     {
-      Hdf5Writer file(folder_ / "bad.h5", kFormat, 1, "", "");
+      Hdf5Writer file(folder_ / "bad.h5", "nightmap scan queries", 1, "", "");
       file.WriteList("name_offset", name_offset_);
       file.WriteList("name", name_);
       file.WriteList("time_ns", std::vector<std::int64_t>(name_offset_.size() - 1, 4));
