@@ -86,6 +86,12 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+// Tests that write files.
+class InFolder : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
 inline std::string ReadBytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/voxel_labels_io.h"
 
-#include <gtest/gtest.h>
-
 #include <functional>
 
 #include "pipeline/base/error.h"

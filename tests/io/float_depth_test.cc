@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Depth pictures of floating-point values, as frames_io.h reads them.
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/text_file.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/trajectory_io.h"

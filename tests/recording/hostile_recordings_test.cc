@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that lead elsewhere, never end, or cannot be named.
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include "pipeline/base/error.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/read_sequence.h"
 
-#include <gtest/gtest.h>
-
 #include <opencv2/videoio.hpp>
 
 #include "pipeline/base/error.h"
