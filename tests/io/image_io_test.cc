@@ -67,8 +67,7 @@ TEST_F(ImageIo, GrayBecomesRgbAndAlphaIsDroppedUnmultiplied) {
   WritePng(folder_ / "gray.png", gray);
   const ColorImage expanded = ReadColorImage(folder_ / "gray.png");
   ASSERT_EQ(expanded.num_channels, 3);
-  EXPECT_EQ(expanded.At(2, 1, 0), gray.At(2, 1));
-  EXPECT_EQ(expanded.At(2, 1, 2), gray.At(2, 1));
+  for (const int channel : {0, 2}) EXPECT_EQ(expanded.At(2, 1, channel), gray.At(2, 1));
   Image<std::uint8_t> rgba{1, 1, 4, {200, 100, 50, 128}};
   WritePng(folder_ / "rgba.png", rgba);
   const auto dropped = ReadColorImage(folder_ / "rgba.png");
@@ -78,8 +77,7 @@ TEST_F(ImageIo, GrayBecomesRgbAndAlphaIsDroppedUnmultiplied) {
 
 TEST_F(ImageIo, GrayIsLuma) {
   const ColorImage image{3, 1, 3, {255, 255, 255, 255, 0, 0, 0, 255, 0}};
-  const GrayImage gray = ToGray(image);
-  EXPECT_EQ(gray.pixels, (std::vector<std::uint8_t>{255, 76, 150}));
+  EXPECT_EQ(ToGray(image).pixels, (std::vector<std::uint8_t>{255, 76, 150}));
 }
 
 TEST_F(ImageIo, MissingOrForeignFileIsNamed) {
@@ -243,10 +241,9 @@ TEST_F(ImageIo, VideoFramePathsAreTakenApart) {
   ASSERT_TRUE(parts);
   EXPECT_EQ(parts->first, "a/clip#1.avi");
   EXPECT_EQ(parts->second, 17);
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi"));
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#"));
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#-1"));
-  EXPECT_FALSE(SplitVideoFramePath("a#1/b.png"));
+  for (const char* path : {"a/clip.avi", "a/clip.avi#", "a/clip.avi#-1", "a#1/b.png"}) {
+    EXPECT_FALSE(SplitVideoFramePath(path)) << path;
+  }
 }
 
 }  // namespace image_io_test

@@ -111,9 +111,10 @@ TEST_F(MatchesIoTest, NanAndInfinityAreNamed) {
 }
 
 TEST_F(MatchesIoTest, ValuesOutOfRangeAreNamed) {
-  ExpectRefused([](Arrays& a) { a.frame.values = {0, 1, 2, 2}; }, "field 'frame'");
-  ExpectRefused([](Arrays& a) { a.frame.values = {1, 0, 0, 2}; }, "field 'frame'");
-  ExpectRefused([](Arrays& a) { a.frame.values = {-1, 1, 0, 2}; }, "field 'frame'");
+  using Frames = std::vector<std::int32_t>;
+  for (const Frames& frames : {Frames{0, 1, 2, 2}, {1, 0, 0, 2}, {-1, 1, 0, 2}}) {
+    ExpectRefused([&](Arrays& a) { a.frame.values = frames; }, "field 'frame'");
+  }
   ExpectRefused([](Arrays& a) { a.status[0] = 6; }, "field 'status'");
   ExpectRefused([](Arrays& a) { a.status[1] = -1; }, "field 'status'");
   ExpectRefused([](Arrays& a) { a.num_putative[1] = -1; }, "field 'num_putative'");
