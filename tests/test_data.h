@@ -86,19 +86,26 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+// Tests that write files.
+class InFolder : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
 inline std::string ReadBytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Expects `statement` to throw ErrorType with a message that contains `text`.
-#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, text)             \
-  try {                                                               \
-    (void)(statement);                                                \
-    ADD_FAILURE() << #statement << " threw nothing";                  \
-  } catch (const ErrorType& error) {                                  \
-    EXPECT_THAT(std::string(error.what()), testing::HasSubstr(text)); \
-  }                                                                   \
+// Expects `statement` to throw ErrorType with a message that contains each of the texts.
+#define NIGHTMAP_EXPECT_ERROR(ErrorType, statement, ...)                                     \
+  try {                                                                                      \
+    (void)(statement);                                                                       \
+    ADD_FAILURE() << #statement << " threw nothing";                                         \
+  } catch (const ErrorType& error) {                                                         \
+    for (const std::string& expected_part : std::initializer_list<std::string>{__VA_ARGS__}) \
+      EXPECT_THAT(std::string(error.what()), testing::HasSubstr(expected_part));             \
+  }                                                                                          \
   static_assert(true, "")
 
 }  // namespace nightmap

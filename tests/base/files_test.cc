@@ -20,126 +20,119 @@ std::set<std::string> NamesIn(const fs::path& folder) {
   return names;
 }
 
-TEST(OutputSet, NothingAppearsBeforeCommitAndEverythingAfter) {
-  const TemporaryFolder folder;
+class OutputSetTest : public InFolder {};
+
+TEST_F(OutputSetTest, NothingAppearsBeforeCommitAndEverythingAfter) {
   OutputSet outputs;
-  WriteFile(outputs.Create(folder / "a/one.txt"), "1");
-  WriteFile(outputs.Create(folder / "two.txt"), "2");
-  EXPECT_FALSE(fs::exists(folder / "a/one.txt"));
-  EXPECT_FALSE(fs::exists(folder / "two.txt"));
+  WriteFile(outputs.Create(folder_ / "a/one.txt"), "1");
+  WriteFile(outputs.Create(folder_ / "two.txt"), "2");
+  EXPECT_FALSE(fs::exists(folder_ / "a/one.txt"));
+  EXPECT_FALSE(fs::exists(folder_ / "two.txt"));
   outputs.Commit();
-  EXPECT_EQ(ReadFile(folder / "a/one.txt"), "1");
-  EXPECT_EQ(ReadFile(folder / "two.txt"), "2");
-  EXPECT_EQ(NamesIn(folder.Path()), (std::set<std::string>{"a", "two.txt"}));
+  EXPECT_EQ(ReadFile(folder_ / "a/one.txt"), "1");
+  EXPECT_EQ(ReadFile(folder_ / "two.txt"), "2");
+  EXPECT_EQ(NamesIn(folder_.Path()), (std::set<std::string>{"a", "two.txt"}));
 }
 
-TEST(OutputSet, WithoutCommitTheOldFilesStayAndNoTemporaryIsLeft) {
-  const TemporaryFolder folder;
-  folder.Write("one.txt", "old");
+TEST_F(OutputSetTest, WithoutCommitTheOldFilesStayAndNoTemporaryIsLeft) {
+  folder_.Write("one.txt", "old");
   {
     OutputSet outputs;
-    WriteFile(outputs.Create(folder / "one.txt"), "new");
+    WriteFile(outputs.Create(folder_ / "one.txt"), "new");
   }
-  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
-  EXPECT_EQ(NamesIn(folder.Path()), std::set<std::string>{"one.txt"});
+  EXPECT_EQ(ReadFile(folder_ / "one.txt"), "old");
+  EXPECT_EQ(NamesIn(folder_.Path()), std::set<std::string>{"one.txt"});
 }
 
-TEST(OutputSet, AnAnnouncedButUnwrittenFileStopsTheCommitOfAll) {
-  const TemporaryFolder folder;
-  folder.Write("one.txt", "old");
+TEST_F(OutputSetTest, AnAnnouncedButUnwrittenFileStopsTheCommitOfAll) {
+  folder_.Write("one.txt", "old");
   OutputSet outputs;
-  WriteFile(outputs.Create(folder / "one.txt"), "new");
-  outputs.Create(folder / "two.txt");
+  WriteFile(outputs.Create(folder_ / "one.txt"), "new");
+  outputs.Create(folder_ / "two.txt");
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "two.txt");
-  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
+  EXPECT_EQ(ReadFile(folder_ / "one.txt"), "old");
 }
 
-TEST(OutputSet, TwoRunsOfOneOutputEachWriteTheirOwnFile) {
-  const TemporaryFolder folder;
+TEST_F(OutputSetTest, TwoRunsOfOneOutputEachWriteTheirOwnFile) {
   OutputSet first, second;
-  const fs::path of_first = first.Create(folder / "one.txt");
-  const fs::path of_second = second.Create(folder / "one.txt");
+  const fs::path of_first = first.Create(folder_ / "one.txt");
+  const fs::path of_second = second.Create(folder_ / "one.txt");
   WriteFile(of_first, "first");
   WriteFile(of_second, "half of the sec");
-  const std::string hash = HashFile(first.CurrentPath(folder / "one.txt"));
+  const std::string hash = HashFile(first.CurrentPath(folder_ / "one.txt"));
   first.Commit();
-  EXPECT_EQ(HashFile(folder / "one.txt"), hash);
+  EXPECT_EQ(HashFile(folder_ / "one.txt"), hash);
   EXPECT_EQ(ReadFile(of_second), "half of the sec");
   WriteFile(of_second, "second");
   second.Commit();
-  EXPECT_EQ(ReadFile(folder / "one.txt"), "second");
-  EXPECT_EQ(NamesIn(folder.Path()), std::set<std::string>{"one.txt"});
+  EXPECT_EQ(ReadFile(folder_ / "one.txt"), "second");
+  EXPECT_EQ(NamesIn(folder_.Path()), std::set<std::string>{"one.txt"});
 }
 
-TEST(OutputSet, ALinkInPlaceOfAnOutputIsReplacedAndItsFileStays) {
-  const TemporaryFolder folder;
-  folder.Write("elsewhere/old.txt", "old");
-  fs::create_symlink("elsewhere/old.txt", folder / "link");
-  fs::create_symlink("nothing", folder / "dangling");
+TEST_F(OutputSetTest, ALinkInPlaceOfAnOutputIsReplacedAndItsFileStays) {
+  folder_.Write("elsewhere/old.txt", "old");
+  fs::create_symlink("elsewhere/old.txt", folder_ / "link");
+  fs::create_symlink("nothing", folder_ / "dangling");
   OutputSet outputs;
-  WriteFile(outputs.Create(folder / "link"), "new");
-  WriteFile(outputs.Create(folder / "dangling"), "new");
+  WriteFile(outputs.Create(folder_ / "link"), "new");
+  WriteFile(outputs.Create(folder_ / "dangling"), "new");
   outputs.Commit();
   for (const char* name : {"link", "dangling"}) {
-    EXPECT_FALSE(fs::is_symlink(folder / name));
-    EXPECT_EQ(ReadFile(folder / name), "new");
+    EXPECT_FALSE(fs::is_symlink(folder_ / name));
+    EXPECT_EQ(ReadFile(folder_ / name), "new");
   }
-  EXPECT_EQ(ReadFile(folder / "elsewhere/old.txt"), "old");
-  EXPECT_FALSE(fs::exists(folder / "nothing"));
+  EXPECT_EQ(ReadFile(folder_ / "elsewhere/old.txt"), "old");
+  EXPECT_FALSE(fs::exists(folder_ / "nothing"));
 }
 
-TEST(OutputSet, KeepIfEqualKeepsTheTimeOfEqualBytesOnly) {
-  const TemporaryFolder folder;
+TEST_F(OutputSetTest, KeepIfEqualKeepsTheTimeOfEqualBytesOnly) {
   const auto then = fs::file_time_type::clock::now() - std::chrono::hours(1);
   for (const char* name : {"same", "other"}) {
-    fs::last_write_time(folder.Write(name, "old"), then);
+    fs::last_write_time(folder_.Write(name, "old"), then);
   }
   OutputSet outputs;
-  WriteFile(outputs.Create(folder / "same", true), "old");
-  WriteFile(outputs.Create(folder / "other", true), "new");
+  WriteFile(outputs.Create(folder_ / "same", true), "old");
+  WriteFile(outputs.Create(folder_ / "other", true), "new");
   outputs.Commit();
-  EXPECT_EQ(fs::last_write_time(folder / "same"), then);
-  EXPECT_GT(fs::last_write_time(folder / "other"), then);
-  EXPECT_EQ(ReadFile(folder / "other"), "new");
+  EXPECT_EQ(fs::last_write_time(folder_ / "same"), then);
+  EXPECT_GT(fs::last_write_time(folder_ / "other"), then);
+  EXPECT_EQ(ReadFile(folder_ / "other"), "new");
 }
 
-TEST(OutputSet, APathForTwoOutputsAndAFolderInPlaceOfAFileCommitNothing) {
-  const TemporaryFolder folder;
-  folder.Write("one.txt", "old");
-  folder.Write("two/inside", "");
+TEST_F(OutputSetTest, APathForTwoOutputsAndAFolderInPlaceOfAFileCommitNothing) {
+  folder_.Write("one.txt", "old");
+  folder_.Write("two/inside", "");
   OutputSet outputs;
-  WriteFile(outputs.Create(folder / "one.txt"), "new");
-  NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Create(folder / "one.txt"), "two outputs");
-  WriteFile(outputs.Create(folder / "two"), "new");
+  WriteFile(outputs.Create(folder_ / "one.txt"), "new");
+  NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Create(folder_ / "one.txt"), "two outputs");
+  WriteFile(outputs.Create(folder_ / "two"), "new");
   NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Commit(), "is a folder");
-  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
+  EXPECT_EQ(ReadFile(folder_ / "one.txt"), "old");
 }
 
-TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
-  const TemporaryFolder folder;
-  folder.Write("a", "not a folder");
+TEST_F(OutputSetTest, AFileInPlaceOfAFolderIsNamed) {
+  folder_.Write("a", "not a folder");
   OutputSet outputs;
-  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create(folder / "a/b/one.txt"), "a/b");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create(folder_ / "a/b/one.txt"), "a/b");
 }
 
 // Not even root can write there, so the test holds in containers too.
-TEST(OutputSet, AFolderThatCannotBeWrittenIsNamed) {
+TEST_F(OutputSetTest, AFolderThatCannotBeWrittenIsNamed) {
   OutputSet outputs;
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/one.txt"), "/proc: cannot write there");
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/a/one.txt"), "/proc/a");
 }
 
-TEST(OutputSet, KnowsWhereTheBytesAre) {
-  const TemporaryFolder folder;
+TEST_F(OutputSetTest, KnowsWhereTheBytesAre) {
   OutputSet outputs;
-  const fs::path temporary = outputs.Create(folder / "b.txt");
+  const fs::path temporary = outputs.Create(folder_ / "b.txt");
   WriteFile(temporary, "1");
-  WriteFile(outputs.Create(folder / "a.txt"), "2");
-  EXPECT_EQ(outputs.FinalPaths(), (std::vector<fs::path>{folder / "b.txt", folder / "a.txt"}));
+  WriteFile(outputs.Create(folder_ / "a.txt"), "2");
+  EXPECT_EQ(outputs.FinalPaths(), (std::vector<fs::path>{folder_ / "b.txt", folder_ / "a.txt"}));
   EXPECT_EQ(temporary.extension(), ".txt");
-  EXPECT_EQ(outputs.CurrentPath(folder / "b.txt"), temporary);
+  EXPECT_EQ(outputs.CurrentPath(folder_ / "b.txt"), temporary);
   outputs.Commit();
-  EXPECT_EQ(outputs.CurrentPath(folder / "b.txt"), folder / "b.txt");
+  EXPECT_EQ(outputs.CurrentPath(folder_ / "b.txt"), folder_ / "b.txt");
 }
 
 TEST(Files, FullDiskIsNamed) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/camera/leave_out.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/base/input_error.h"
 #include "pipeline/io/masks_io.h"
 #include "tests/landmark_scene.h"

@@ -5,7 +5,6 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/artifact_damage.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
@@ -16,7 +15,7 @@ class VocabularyIoTest : public testing::Test {
  protected:
   // The arrays of a small valid file, to be spoilt one at a time.
   void WriteRaw() const {
-    Hdf5Writer writer(path_, format_, version_, "", "none");
+    Hdf5Writer writer(path_, "nightmap.vocabulary", 1, "", "none");
     writer.WriteList<std::int32_t>("tree/kind", {kind_});
     writer.WriteList<std::int32_t>("tree/depth", {depth_});
     writer.Write("tree/nodes", Array<std::int32_t>{nodes_.size() / 3, 3, nodes_});
@@ -27,14 +26,11 @@ class VocabularyIoTest : public testing::Test {
   }
   void ExpectRefused(const std::string& field) const {
     WriteRaw();
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), field);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), "vocabulary.h5");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), field, "vocabulary.h5");
   }
 
   TemporaryFolder folder_;
   std::filesystem::path path_ = folder_ / "vocabulary.h5";
-  std::string format_ = "nightmap.vocabulary";
-  int version_ = 1;
   std::int32_t kind_ = 1;
   std::int32_t depth_ = 2;
   std::vector<std::int32_t> nodes_{1, 2, 0, 0, 0, 1, 0, 0, 1};
@@ -60,24 +56,6 @@ TEST_F(VocabularyIoTest, AcceptsTheUnspoiltFile) {
             (std::vector<std::vector<int>>{{1}, {2, 1}}));
 }
 
-TEST_F(VocabularyIoTest, RefusesTruncatedFiles) {
-  WriteRaw();
-  const std::string bytes = ReadBytes(path_);
-  folder_.Write("vocabulary.h5", bytes.substr(0, bytes.size() / 2));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(path_), "vocabulary.h5");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadVocabulary(folder_ / "missing.h5"), "missing.h5");
-}
-
-TEST_F(VocabularyIoTest, RefusesOtherFormats) {
-  format_ = "nightmap.features";
-  ExpectRefused("format");
-}
-
-TEST_F(VocabularyIoTest, RefusesNewerVersions) {
-  version_ = 2;
-  ExpectRefused("version");
-}
-
 TEST_F(VocabularyIoTest, RefusesUnknownKinds) {
   kind_ = 3;
   ExpectRefused("tree/kind");
@@ -96,12 +74,6 @@ TEST_F(VocabularyIoTest, RefusesDepthsThatNoTreeHas) {
     depth_ = depth;
     ExpectRefused("tree/depth' is not one number in [1, 8]");
   }
-}
-
-TEST_F(VocabularyIoTest, SurvivesDamage) {
-  WriteRaw();
-  ExpectDamageIsSurvived(
-      folder_, path_, [](const std::filesystem::path& path) { ReadVocabulary(path); });
 }
 
 TEST_F(VocabularyIoTest, RefusesWordsOutOfRange) {

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/octree_io.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,26 +25,8 @@ namespace octree_io_test {
 
 class OctreeIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              fmt::format("nightmap_octree_{}_{}", info->name(), getpid());
-    std::filesystem::create_directories(folder_);
-    ot_ = folder_ / "map.ot";
-    bt_ = folder_ / "map.bt";
-    merged_ot_ = folder_ / "merged.ot";
-    merged_bt_ = folder_ / "merged.bt";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   void ExpectError(const std::string& part) const {
-    try {
-      ReadOctree(ot_);
-      FAIL() << "no error; wanted: " << part;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-      EXPECT_THAT(error.what(), testing::HasSubstr("map.ot"));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadOctree(ot_), part, "map.ot");
   }
 
   // Merges files of the parts.
@@ -60,7 +39,10 @@ class OctreeIoTest : public testing::Test {
     return MergeOctrees(paths, merged_ot_, merged_bt_);
   }
 
-  std::filesystem::path folder_, ot_, bt_, merged_ot_, merged_bt_;
+  TemporaryFolder folder_;
+  const std::filesystem::path ot_ = folder_ / "map.ot", bt_ = folder_ / "map.bt",
+                              merged_ot_ = folder_ / "merged.ot",
+                              merged_bt_ = folder_ / "merged.bt";
 };
 
 // A checkerboard of voxels around the origin: nothing to merge, both signs of every coordinate.
@@ -395,8 +377,7 @@ TEST_F(OctreeIoTest, ResolutionsOutOfAllProportionAreRefused) {
   for (const std::string res : {"1e-300", "-0.1", "1e300", "0"}) {
     const std::string text = "# Octomap OcTree file\nid OcTree\nsize 0\nres " + res + "\ndata\n";
     WriteFile(folder_ / "res.ot", text);
-    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res.ot: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res");
+    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res.ot: ", "res");
   }
 }
 

@@ -1,41 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/ply_io.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
-#include <unistd.h>
 
 #include <limits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace ply_io_test {
 
 class PlyIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            fmt::format("nightmap_ply_{}_{}.ply", info->name(), getpid());
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
   void ExpectError(const std::string& part) const {
-    try {
-      ReadPly(path_);
-      FAIL() << "no error; wanted: " << part;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-      EXPECT_THAT(error.what(), testing::HasSubstr(path_.string()));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadPly(path_), part, path_.string());
   }
 
-  std::filesystem::path path_;
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "a.ply";
 };
 
 std::vector<CloudPoint> RandomCloud(int num_points) {
@@ -54,27 +40,18 @@ std::vector<CloudPoint> RandomCloud(int num_points) {
   return points;
 }
 
-TEST_F(PlyIoTest, WhatIsWrittenIsRead) {
+TEST_F(PlyIoTest, WhatIsWrittenIsReadWhateverItsLabelsAre) {
   const auto written = RandomCloud(1000);
-  WritePly(path_, written);
-  const auto read = ReadPly(path_);
-  ASSERT_EQ(read.size(), written.size());
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(read[i].position_in_map, written[i].position_in_map);
-    EXPECT_EQ(read[i].normal_in_map, written[i].normal_in_map);
-    EXPECT_EQ(read[i].rgb, written[i].rgb);
-    EXPECT_EQ(read[i].label, written[i].label);
-  }
-}
-
-TEST_F(PlyIoTest, LabelsForOtherReadersAreRead) {
-  const auto written = RandomCloud(1000);
-  WritePly(path_, written, PlyLabels::kUintAndScalar);
-  const auto read = ReadPly(path_);
-  ASSERT_EQ(read.size(), written.size());
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(read[i].position_in_map, written[i].position_in_map);
-    EXPECT_EQ(read[i].label, written[i].label);
+  for (const PlyLabels labels : {PlyLabels::kUshort, PlyLabels::kUintAndScalar}) {
+    WritePly(path_, written, labels);
+    const auto read = ReadPly(path_);
+    ASSERT_EQ(read.size(), written.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      EXPECT_EQ(read[i].position_in_map, written[i].position_in_map);
+      EXPECT_EQ(read[i].normal_in_map, written[i].normal_in_map);
+      EXPECT_EQ(read[i].rgb, written[i].rgb);
+      EXPECT_EQ(read[i].label, written[i].label);
+    }
   }
 }
 

@@ -1,43 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/tiles_io.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
 #include "pipeline/dense/tile_results.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace tiles_io_test {
 
 class TilesIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              fmt::format("nightmap_tiles_{}_{}", info->name(), getpid());
-    std::filesystem::create_directories(folder_);
-    path_ = folder_ / "tile_-1_2.json";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // The file with one text replaced is refused, and the message names it.
   void ExpectRefused(const std::string& from, const std::string& to, const std::string& part) {
     std::string text = TileToJson(SomeTile());
     ASSERT_NE(text.find(from), std::string::npos) << from;
     WriteFile(path_, text.replace(text.find(from), from.size(), to));
-    try {
-      ReadTile(path_);
-      FAIL() << "no error; wanted: " << part;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-      EXPECT_THAT(error.what(), testing::HasSubstr(path_.string()));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadTile(path_), part, path_.string());
   }
 
   static constexpr const char* kConfig = "keyframe_stride = 1\n";
@@ -67,7 +49,8 @@ class TilesIoTest : public testing::Test {
     return tile;
   }
 
-  std::filesystem::path folder_, path_;
+  TemporaryFolder folder_;
+  const std::filesystem::path path_ = folder_ / "tile_-1_2.json";
 };
 
 TEST_F(TilesIoTest, WhatIsWrittenIsReadToTheLastBit) {
@@ -146,9 +129,8 @@ TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
 }
 
 TEST_F(TilesIoTest, TheConfigOfTilesIsThatOfTheirReports) {
-  WriteFile(folder_ / "1.json", Report("voxel_size_m = 0.03\nkeyframe_stride = 2\n"));
-  WriteFile(folder_ / "2.json", Report("voxel_size_m = 0.03\nkeyframe_stride = 2\n"));
-  const TileConfig config({folder_ / "1.json", folder_ / "2.json"});
+  const std::string report = Report("voxel_size_m = 0.03\nkeyframe_stride = 2\n");
+  const TileConfig config({folder_.Write("1.json", report), folder_.Write("2.json", report)});
   EXPECT_EQ(config.Number("voxel_size_m", Range(0.002, 1)), 0.03);
   EXPECT_EQ(config.Integer("keyframe_stride", Range(1, 1000)), 2);
   EXPECT_THROW(config.Number("voxel_size_m", Range(0.04, 1)), DataError);
@@ -162,13 +144,7 @@ TEST_F(TilesIoTest, TilesOfDifferentConfigsAreRefused) {
   for (const std::string& other :
        {Report("keyframe_stride = 2\n"), std::string(R"({"num_skipped": 0})"), std::string("{")}) {
     WriteFile(reports[1], other);
-    try {
-      const TileConfig config(reports);
-      FAIL() << "no error: " << other;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(reports[1].string()));
-      EXPECT_THAT(error.what(), testing::HasSubstr("run make"));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError, TileConfig(reports), reports[1].string(), "run make");
   }
 }
 
@@ -180,31 +156,25 @@ TEST_F(TilesIoTest, AConfigThatHasNoSuchNumberIsRefused) {
                               "keyframe_stride = nan\n",
                               "keyframe_stride = 0\n",
                               "keyframe_stride = 3000000000\n"}) {
-    WriteFile(folder_ / "1.json", Report(damaged));
-    try {
-      TileConfig({folder_ / "1.json"}).Integer("keyframe_stride", Range(1, 1000));
-      FAIL() << "no error: " << damaged;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr((folder_ / "1.json").string()));
-      EXPECT_THAT(error.what(), testing::HasSubstr("keyframe_stride"));
-    }
+    const auto report = folder_.Write("1.json", Report(damaged));
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          TileConfig({report}).Integer("keyframe_stride", Range(1, 1000)),
+                          report.string(),
+                          "keyframe_stride");
   }
 }
 
 TEST_F(TilesIoTest, CountsOfReportsAreAddedAndMustBeThere) {
-  WriteFile(folder_ / "1.json", R"({"num_rays": 5})");
-  WriteFile(folder_ / "2.json", R"({"num_rays": 70})");
-  EXPECT_EQ(SumOfReports({folder_ / "1.json", folder_ / "2.json"}, "num_rays"), 75U);
+  const std::vector reports = {folder_.Write("1.json", R"({"num_rays": 5})"),
+                               folder_.Write("2.json", R"({"num_rays": 70})")};
+  EXPECT_EQ(SumOfReports(reports, "num_rays"), 75U);
   for (const char* damaged :
        {R"({"num": 5})", R"({"num_rays": -5})", R"({"num_rays": "5"})", R"({"n)"}) {
     WriteFile(folder_ / "2.json", damaged);
-    try {
-      SumOfReports({folder_ / "1.json", folder_ / "2.json"}, "num_rays");
-      FAIL() << "no error: " << damaged;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr((folder_ / "2.json").string()));
-      EXPECT_THAT(error.what(), testing::HasSubstr("delete it and run make"));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          SumOfReports(reports, "num_rays"),
+                          reports[1].string(),
+                          "delete it and run make");
   }
 }
 
@@ -221,7 +191,7 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
       "tile_-1_-1.ply", "tile_10_0.json", "report_0_1.json", "receipt_0_1.json"};
   for (const auto& name : stay) WriteFile(folder_ / name, "x");
   for (const auto& name : go) WriteFile(folder_ / name, "x");
-  RemoveOtherTiles(folder_, {"elsewhere/tile_0_0.json", "tile_-1_2.json"});
+  RemoveOtherTiles(folder_.Path(), {"elsewhere/tile_0_0.json", "tile_-1_2.json"});
   for (const auto& name : stay) EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
   for (const auto& name : go) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
 }

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/voxel_labels_io.h"
 
-#include <gtest/gtest.h>
-
 #include <functional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
-#include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -84,24 +81,6 @@ TEST(VoxelLabelsIo, RefusesWhatDoesNotFit) {
   expect([](auto& v) { v.vote_weights.push_back(1); }, "vote_weight");
   expect([](auto& v) { v.vote_weights[0] = std::numeric_limits<float>::quiet_NaN(); },
          "vote_weight");
-}
-
-TEST(VoxelLabelsIo, RefusesAnotherFormatANewerVersionAndACutFile) {
-  const TemporaryFolder folder;
-  {
-    Hdf5Writer file(folder / "other.h5", "nightmap labels", 1, "", "");
-    file.Close();
-  }
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadVoxelLabels(folder / "other.h5"), "format");
-  {
-    Hdf5Writer file(folder / "newer.h5", "nightmap voxel labels", 2, "", "");
-    file.Close();
-  }
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadVoxelLabels(folder / "newer.h5"), "version");
-  WriteVoxelLabels(folder / "cut.h5", SomeVoxels(), "");
-  const std::string bytes = ReadFile(folder / "cut.h5");
-  WriteFile(folder / "cut.h5", bytes.substr(0, bytes.size() / 2));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadVoxelLabels(folder / "cut.h5"), "cut.h5");
 }
 
 }  // namespace voxel_labels_io_test

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/geometry/sparse_cholesky.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
 #include <limits>
 

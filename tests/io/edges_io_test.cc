@@ -3,14 +3,13 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/io/hdf5_damage.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace edges_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadEdges(path); };
 
 SensorEdge RandomEdge(EdgeKind kind, std::int64_t source_ns, std::int64_t target_ns) {
   Random random(1, static_cast<std::uint64_t>(source_ns));
@@ -33,11 +32,12 @@ SensorEdges SomeEdges() {
            RandomEdge(EdgeKind::kOdometry, 500, 900)}};
 }
 
-TEST(EdgesIo, ReadsBackEveryField) {
-  const TemporaryFolder folder;
+class EdgesIo : public InFolder {};
+
+TEST_F(EdgesIo, ReadsBackEveryField) {
   const SensorEdges edges = SomeEdges();
-  WriteEdges(folder / "e.h5", edges, "x = 1\n");
-  const SensorEdges read = ReadEdges(folder / "e.h5");
+  WriteEdges(folder_ / "e.h5", edges, "x = 1\n");
+  const SensorEdges read = ReadEdges(folder_ / "e.h5");
   EXPECT_EQ(read.sensor, edges.sensor);
   ASSERT_EQ(read.edges.size(), edges.edges.size());
   for (std::size_t i = 0; i < edges.edges.size(); ++i) {
@@ -48,19 +48,18 @@ TEST(EdgesIo, ReadsBackEveryField) {
               edges.edges[i].target_from_source.Matrix());
     EXPECT_EQ(read.edges[i].covariance, edges.edges[i].covariance);
   }
-  WriteEdges(folder / "again.h5", read, "x = 1\n");
-  EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "e.h5"));
+  WriteEdges(folder_ / "again.h5", read, "x = 1\n");
+  EXPECT_EQ(ReadBytes(folder_ / "again.h5"), ReadBytes(folder_ / "e.h5"));
 }
 
-TEST(EdgesIo, TheMountingIsReadBackWhereItIsKnown) {
-  const TemporaryFolder folder;
+TEST_F(EdgesIo, TheMountingIsReadBackWhereItIsKnown) {
   SensorEdges edges = SomeEdges();
-  WriteEdges(folder / "without.h5", edges, "");
-  EXPECT_FALSE(ReadEdges(folder / "without.h5").mounting.has_value());
+  WriteEdges(folder_ / "without.h5", edges, "");
+  EXPECT_FALSE(ReadEdges(folder_ / "without.h5").mounting.has_value());
   edges.mounting = Mounting{edges.edges[0].target_from_source,
                             {edges.edges[1].target_from_source, edges.edges[2].target_from_source}};
-  WriteEdges(folder / "e.h5", edges, "");
-  const SensorEdges read = ReadEdges(folder / "e.h5");
+  WriteEdges(folder_ / "e.h5", edges, "");
+  const SensorEdges read = ReadEdges(folder_ / "e.h5");
   ASSERT_TRUE(read.mounting.has_value());
   EXPECT_EQ(read.mounting->robot_from_sensor.Matrix(), edges.mounting->robot_from_sensor.Matrix());
   ASSERT_EQ(read.mounting->robot_from_camera.size(), 2U);
@@ -70,28 +69,16 @@ TEST(EdgesIo, TheMountingIsReadBackWhereItIsKnown) {
   }
 }
 
-TEST(EdgesIo, NoEdgesAreFine) {
-  const TemporaryFolder folder;
-  WriteEdges(folder / "e.h5", {"wheels", {}}, "");
-  EXPECT_TRUE(ReadEdges(folder / "e.h5").edges.empty());
-}
-
-TEST(EdgesIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteEdges(folder / "e.h5", SomeEdges(), "");
-  ExpectTruncationIsNamed(folder, folder / "e.h5", kRead);
-}
-
-TEST(EdgesIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap edges", 1, kRead);
+TEST_F(EdgesIo, NoEdgesAreFine) {
+  WriteEdges(folder_ / "e.h5", {"wheels", {}}, "");
+  EXPECT_TRUE(ReadEdges(folder_ / "e.h5").edges.empty());
 }
 
 // A file of another program.
-TEST(EdgesIo, NoSensorUnknownKindsAndWhatIsNoCovarianceAreNamed) {
-  const TemporaryFolder folder;
+TEST_F(EdgesIo, NoSensorUnknownKindsAndWhatIsNoCovarianceAreNamed) {
   const auto refuse = [&](const char* sensor, std::uint8_t kind, const std::string& text) {
     {
-      Hdf5Writer file(folder / "e.h5", "nightmap edges", 1, "", "");
+      Hdf5Writer file(folder_ / "e.h5", "nightmap edges", 1, "", "");
       file.WriteText("sensor", sensor);
       file.WriteList<std::uint8_t>("kind", {kind});
       file.Write("time_ns", Array<std::int64_t>{1, 2, {1, 2}});
@@ -99,7 +86,7 @@ TEST(EdgesIo, NoSensorUnknownKindsAndWhatIsNoCovarianceAreNamed) {
       file.Write("covariance", Array<double>{1, 36, std::vector<double>(36)});
       file.Close();
     }
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadEdges(folder / "e.h5"), "e.h5: field '" + text);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadEdges(folder_ / "e.h5"), "e.h5: field '" + text);
   };
   refuse("", 0, "sensor' is empty");
   refuse("wheels", 3, "kind' has an unknown kind");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Depth pictures of floating-point values, as frames_io.h reads them.
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
@@ -123,8 +122,7 @@ TEST_F(FloatDepthTest, ATruncatedFileIsNamedWithTheRemedy) {
     for (const double share : {0.1, 0.5, 0.9, 0.99}) {
       const auto size = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
       folder_.Write("cut_" + name, whole.substr(0, size));
-      NIGHTMAP_EXPECT_ERROR(DataError, Load("cut_" + name), "cut_" + name);
-      NIGHTMAP_EXPECT_ERROR(DataError, Load("cut_" + name), "copy it again");
+      NIGHTMAP_EXPECT_ERROR(DataError, Load("cut_" + name), "cut_" + name, "copy it again");
     }
   }
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
+#include "pipeline/io/g2o_io.h"
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
-#include "pipeline/io/g2o_io.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

@@ -1,48 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/grid_io.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-
 #include "pipeline/base/error.h"
-#include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace grid_io_test {
 
 class GridIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              fmt::format("nightmap_grid_io_{}_{}", info->name(), getpid());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path Yaml() const { return folder_ / "map.yaml"; }
 
   void Write(const std::string& yaml, const std::string& pgm) const {
-    WriteFile(Yaml(), yaml);
-    WriteFile(folder_ / "map.pgm", pgm);
+    folder_.Write("map.yaml", yaml);
+    folder_.Write("map.pgm", pgm);
   }
 
   void ExpectError(const std::string& yaml, const std::string& pgm, const std::string& part) const {
     Write(yaml, pgm);
-    try {
-      ReadGrid(Yaml());
-      FAIL() << "no error; wanted: " << part;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-      EXPECT_THAT(error.what(), testing::HasSubstr(folder_.string()));
-    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadGrid(Yaml()), part, folder_.Path().string());
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 OccupancyGrid RandomGrid(std::uint64_t seed) {

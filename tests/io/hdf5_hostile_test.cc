@@ -52,6 +52,13 @@ class Hdf5HostileTest : public testing::Test {
     });
   }
 
+  void ExpectArrayRefused(hid_t space, hid_t properties, const std::string& text) {
+    ReplaceArray(space, properties);
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          Hdf5Reader(path_, "thing", 1).Read<double>("group/list"),
+                          "a.h5: field 'group/list' declares " + text + " values");
+  }
+
   void ExpectListRefused(const std::string& text) const {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadTheList(), "a.h5: field 'group/list' " + text);
   }
@@ -134,45 +141,34 @@ TEST_F(Hdf5HostileTest, ATextThatIsNotOneOfFixedLengthIsNamed) {
 
 TEST_F(Hdf5HostileTest, SizesThatTheFileDoesNotHoldTakeNoMemory) {
   // Storage that is made when it is written: a file of a few kB declares terabytes.
-  ReplaceArray(Matrix(1'000'000'000'000, 1), ArrayProperties());
-  ExpectListRefused("declares 1000000000000 x 1 values");
+  ExpectArrayRefused(Matrix(1'000'000'000'000, 1), ArrayProperties(), "1000000000000 x 1");
   const Hdf5Handle chunked = ArrayProperties();
   const hsize_t chunk[2] = {1, 1};
   H5Pset_chunk(chunked, 2, chunk);
-  ReplaceArray(Matrix(hsize_t{1} << 32, hsize_t{1} << 32), chunked);  // 0 values in 64 bits
-  NIGHTMAP_EXPECT_ERROR(DataError,
-                        Hdf5Reader(path_, "thing", 1).Read<double>("group/list"),
-                        "declares 4294967296 x 4294967296 values");
-  ReplaceArray(Matrix(2, 1), ArrayProperties());
-  ExpectListRefused("declares 2 x 1 values");  // never written
-  ReplaceArray(Matrix(0, hsize_t{1} << 40), ArrayProperties());
-  NIGHTMAP_EXPECT_ERROR(DataError,
-                        Hdf5Reader(path_, "thing", 1).Read<double>("group/list"),
-                        "declares 0 x 1099511627776 values");
+  ExpectArrayRefused(Matrix(hsize_t{1} << 32, hsize_t{1} << 32),
+                     chunked,
+                     "4294967296 x 4294967296");                 // 0 values in 64 bits
+  ExpectArrayRefused(Matrix(2, 1), ArrayProperties(), "2 x 1");  // never written
+  ExpectArrayRefused(Matrix(0, hsize_t{1} << 40), ArrayProperties(), "0 x 1099511627776");
 }
 
 TEST_F(Hdf5HostileTest, OtherStorageThanAPlainPieceOfTheFileIsRefused) {
   const Hdf5Handle chunked = ArrayProperties();
   const hsize_t chunk[2] = {2, 1};
   H5Pset_chunk(chunked, 2, chunk);
-  ReplaceArray(Matrix(1'000'000'000'000, 1), chunked);
-  ExpectListRefused("declares 1000000000000 x 1 values");
-  ReplaceArray(Matrix(3, 1), chunked);
-  ExpectListRefused("declares 3 x 1 values");
+  ExpectArrayRefused(Matrix(1'000'000'000'000, 1), chunked, "1000000000000 x 1");
+  ExpectArrayRefused(Matrix(3, 1), chunked, "3 x 1");
   const Hdf5Handle compressed = ArrayProperties();
   H5Pset_chunk(compressed, 2, chunk);
   H5Pset_deflate(compressed, 9);
-  ReplaceArray(Matrix(3, 1), compressed);
-  ExpectListRefused("declares 3 x 1 values");
+  ExpectArrayRefused(Matrix(3, 1), compressed, "3 x 1");
   const Hdf5Handle external = ArrayProperties();
   folder_.Write("other.bin", std::string(24, '\0'));
   H5Pset_external(external, (folder_ / "other.bin").c_str(), 0, 24);
-  ReplaceArray(Matrix(3, 1), external);
-  ExpectListRefused("declares 3 x 1 values");
+  ExpectArrayRefused(Matrix(3, 1), external, "3 x 1");
   const Hdf5Handle virtual_array = ArrayProperties();
   H5Pset_virtual(virtual_array, Matrix(3, 1), "other.h5", "list", Matrix(3, 1));
-  ReplaceArray(Matrix(3, 1), virtual_array);
-  ExpectListRefused("declares 3 x 1 values");
+  ExpectArrayRefused(Matrix(3, 1), virtual_array, "3 x 1");
 }
 
 // Many bytes of a file mean nothing; all others matter.

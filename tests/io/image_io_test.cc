@@ -2,7 +2,6 @@
 #include "pipeline/io/image_io.h"
 
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
 
 #include <opencv2/videoio.hpp>
 #include <thread>
@@ -33,79 +32,74 @@ void WriteWithLibrary(const std::filesystem::path& path, const Image<std::uint8_
   ASSERT_TRUE(output->close());
 }
 
-TEST(ImageIo, WhatIsWrittenIsRead) {
-  const TemporaryFolder folder;
+class ImageIo : public InFolder {};
+
+TEST_F(ImageIo, WhatIsWrittenIsRead) {
   const auto color = RandomImage<std::uint8_t>(31, 17, 3, 1);
   const auto gray = RandomImage<std::uint8_t>(8, 5, 1, 2);
   const auto depth = RandomImage<std::uint16_t>(13, 29, 1, 3);
   // A temporary output name has no image extension.
-  WritePng(folder / "color.tmp", color);
-  WritePng(folder / "gray.png", gray);
-  WritePng(folder / "depth.png", depth);
-  EXPECT_EQ(ReadColorImage(folder / "color.tmp").pixels, color.pixels);
-  EXPECT_EQ(ReadLabelImage(folder / "gray.png").pixels, gray.pixels);
-  const RawDepthImage read = ReadRawDepth(folder / "depth.png");
+  WritePng(folder_ / "color.tmp", color);
+  WritePng(folder_ / "gray.png", gray);
+  WritePng(folder_ / "depth.png", depth);
+  EXPECT_EQ(ReadColorImage(folder_ / "color.tmp").pixels, color.pixels);
+  EXPECT_EQ(ReadLabelImage(folder_ / "gray.png").pixels, gray.pixels);
+  const RawDepthImage read = ReadRawDepth(folder_ / "depth.png");
   EXPECT_EQ(read.pixels, depth.pixels);
   EXPECT_EQ(read.width, 13);
   EXPECT_EQ(read.height, 29);
-  const ImageInfo info = InspectImage(folder / "depth.png");
+  const ImageInfo info = InspectImage(folder_ / "depth.png");
   EXPECT_EQ(info.width, 13);
   EXPECT_EQ(info.height, 29);
   EXPECT_EQ(info.num_channels, 1);
   EXPECT_EQ(info.num_bits, 16);
 }
 
-TEST(ImageIo, EqualPixelsGiveEqualBytes) {
-  const TemporaryFolder folder;
+TEST_F(ImageIo, EqualPixelsGiveEqualBytes) {
   const auto image = RandomImage<std::uint8_t>(40, 30, 3, 4);
-  WritePng(folder / "a.png", image);
-  WritePng(folder / "b.png", image);
-  EXPECT_EQ(ReadBytes(folder / "a.png"), ReadBytes(folder / "b.png"));
+  WritePng(folder_ / "a.png", image);
+  WritePng(folder_ / "b.png", image);
+  EXPECT_EQ(ReadBytes(folder_ / "a.png"), ReadBytes(folder_ / "b.png"));
 }
 
-TEST(ImageIo, GrayBecomesRgbAndAlphaIsDroppedUnmultiplied) {
-  const TemporaryFolder folder;
+TEST_F(ImageIo, GrayBecomesRgbAndAlphaIsDroppedUnmultiplied) {
   const auto gray = RandomImage<std::uint8_t>(4, 3, 1, 5);
-  WritePng(folder / "gray.png", gray);
-  const ColorImage expanded = ReadColorImage(folder / "gray.png");
+  WritePng(folder_ / "gray.png", gray);
+  const ColorImage expanded = ReadColorImage(folder_ / "gray.png");
   ASSERT_EQ(expanded.num_channels, 3);
-  EXPECT_EQ(expanded.At(2, 1, 0), gray.At(2, 1));
-  EXPECT_EQ(expanded.At(2, 1, 2), gray.At(2, 1));
+  for (const int channel : {0, 2}) EXPECT_EQ(expanded.At(2, 1, channel), gray.At(2, 1));
   Image<std::uint8_t> rgba{1, 1, 4, {200, 100, 50, 128}};
-  WritePng(folder / "rgba.png", rgba);
-  const auto dropped = ReadColorImage(folder / "rgba.png");
+  WritePng(folder_ / "rgba.png", rgba);
+  const auto dropped = ReadColorImage(folder_ / "rgba.png");
   EXPECT_EQ(dropped.num_channels, 3);
   EXPECT_EQ(dropped.pixels, (std::vector<std::uint8_t>{200, 100, 50}));
 }
 
-TEST(ImageIo, GrayIsLuma) {
+TEST_F(ImageIo, GrayIsLuma) {
   const ColorImage image{3, 1, 3, {255, 255, 255, 255, 0, 0, 0, 255, 0}};
-  const GrayImage gray = ToGray(image);
-  EXPECT_EQ(gray.pixels, (std::vector<std::uint8_t>{255, 76, 150}));
+  EXPECT_EQ(ToGray(image).pixels, (std::vector<std::uint8_t>{255, 76, 150}));
 }
 
-TEST(ImageIo, MissingOrForeignFileIsNamed) {
-  const TemporaryFolder folder;
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder / "no.png"), "no.png: no such image file");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("a.png", "")), "a.png");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("b.png", "hello")), "b.png");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Path()), "not a file");
+TEST_F(ImageIo, MissingOrForeignFileIsNamed) {
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadColorImage(folder_ / "no.png"), "no.png: no such image file");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder_.Write("a.png", "")), "a.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder_.Write("b.png", "hello")), "b.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder_.Path()), "not a file");
 }
 
-TEST(ImageIo, DepthMustBeOneChannelOf16Bits) {
-  const TemporaryFolder folder;
-  WritePng(folder / "8.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
-  WritePng(folder / "rgb.png", RandomImage<std::uint16_t>(4, 4, 3, 7));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "8.png"), "one channel of 16 bits");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "rgb.png"), "one channel of 16 bits");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadLabelImage(folder / "rgb.png"), "one channel of 8 bits");
+TEST_F(ImageIo, DepthMustBeOneChannelOf16Bits) {
+  WritePng(folder_ / "8.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
+  WritePng(folder_ / "rgb.png", RandomImage<std::uint16_t>(4, 4, 3, 7));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder_ / "8.png"), "one channel of 16 bits");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder_ / "rgb.png"), "one channel of 16 bits");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLabelImage(folder_ / "rgb.png"), "one channel of 8 bits");
 }
 
 // Refused by what the header declares, so that it does not depend on the machine whose memory a
 // picture does not fit.
-TEST(ImageIo, APictureThatIsTooLargeIsRefusedByItsHeader) {
-  const TemporaryFolder folder;
-  const auto path = folder.Write("large.ppm", "P6\n32768 32768\n255\n");
+TEST_F(ImageIo, APictureThatIsTooLargeIsRefusedByItsHeader) {
+  const auto path = folder_.Write("large.ppm", "P6\n32768 32768\n255\n");
   NIGHTMAP_EXPECT_ERROR(DataError,
                         ReadColorImage(path),
                         "large.ppm: header says 32768 x 32768 pixels of 3 channels, more than "
@@ -113,46 +107,42 @@ TEST(ImageIo, APictureThatIsTooLargeIsRefusedByItsHeader) {
 }
 
 // It has the size of a recording and the first bytes of a picture; sparse, so it takes no room.
-TEST(ImageIo, AFileTooLargeForAPictureIsNotReadWhole) {
-  const TemporaryFolder folder;
-  WritePng(folder / "large.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
-  std::filesystem::resize_file(folder / "large.png", std::uintmax_t{1} << 40);
-  NIGHTMAP_EXPECT_ERROR(DataError, InspectImage(folder / "large.png"), "large.png: truncated png");
+TEST_F(ImageIo, AFileTooLargeForAPictureIsNotReadWhole) {
+  WritePng(folder_ / "large.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
+  std::filesystem::resize_file(folder_ / "large.png", std::uintmax_t{1} << 40);
+  NIGHTMAP_EXPECT_ERROR(DataError, InspectImage(folder_ / "large.png"), "large.png: truncated png");
 }
 
-TEST(ImageIo, TruncationIsDetectedAtEveryLength) {
-  const TemporaryFolder folder;
-  WritePng(folder / "whole.png", RandomImage<std::uint16_t>(24, 18, 1, 8));
-  WriteWithLibrary(folder / "whole.jpg", RandomImage<std::uint8_t>(64, 48, 3, 9));
+TEST_F(ImageIo, TruncationIsDetectedAtEveryLength) {
+  WritePng(folder_ / "whole.png", RandomImage<std::uint16_t>(24, 18, 1, 8));
+  WriteWithLibrary(folder_ / "whole.jpg", RandomImage<std::uint8_t>(64, 48, 3, 9));
   for (const char* name : {"whole.png", "whole.jpg"}) {
-    const std::string bytes = ReadBytes(folder / name);
+    const std::string bytes = ReadBytes(folder_ / name);
     ASSERT_GT(bytes.size(), 500u);
-    ASSERT_NO_THROW(InspectImage(folder / name));
+    ASSERT_NO_THROW(InspectImage(folder_ / name));
     for (std::size_t length = 0; length + 1 < bytes.size(); length += 41) {
-      const auto cut = folder.Write(std::string("cut_") + name, bytes.substr(0, length));
+      const auto cut = folder_.Write(std::string("cut_") + name, bytes.substr(0, length));
       ASSERT_THROW(ReadColorImage(cut), DataError) << name << " of " << length << " bytes";
       ASSERT_THROW(InspectImage(cut), DataError) << name << " of " << length << " bytes";
     }
   }
 }
 
-TEST(ImageIo, TrailingBytesAreTolerated) {
-  const TemporaryFolder folder;
-  WritePng(folder / "a.png", RandomImage<std::uint8_t>(9, 9, 3, 10));
-  const auto padded = folder.Write("b.png", ReadBytes(folder / "a.png") + std::string(512, '\0'));
-  EXPECT_EQ(ReadColorImage(padded).pixels, ReadColorImage(folder / "a.png").pixels);
+TEST_F(ImageIo, TrailingBytesAreTolerated) {
+  WritePng(folder_ / "a.png", RandomImage<std::uint8_t>(9, 9, 3, 10));
+  const auto padded = folder_.Write("b.png", ReadBytes(folder_ / "a.png") + std::string(512, '\0'));
+  EXPECT_EQ(ReadColorImage(padded).pixels, ReadColorImage(folder_ / "a.png").pixels);
 }
 
-TEST(ImageIo, DamagedBytesNeverGiveAnImageOfAnotherSize) {
-  const TemporaryFolder folder;
-  WritePng(folder / "a.png", RandomImage<std::uint8_t>(20, 20, 3, 11));
-  const std::string bytes = ReadBytes(folder / "a.png");
+TEST_F(ImageIo, DamagedBytesNeverGiveAnImageOfAnotherSize) {
+  WritePng(folder_ / "a.png", RandomImage<std::uint8_t>(20, 20, 3, 11));
+  const std::string bytes = ReadBytes(folder_ / "a.png");
   Random random(12);
   int num_refused = 0;
   for (int i = 0; i < 300; ++i) {
     std::string damaged = bytes;
     damaged[random.Index(damaged.size())] ^= static_cast<char>(1 + random.Index(255));
-    const auto path = folder.Write("damaged.png", damaged);
+    const auto path = folder_.Write("damaged.png", damaged);
     try {
       const ColorImage image = ReadColorImage(path);
       ASSERT_EQ(image.pixels.size(),
@@ -164,16 +154,15 @@ TEST(ImageIo, DamagedBytesNeverGiveAnImageOfAnotherSize) {
   EXPECT_GT(num_refused, 200);
 }
 
-TEST(ImageIo, TruncatedRecordingIsRefused) {
+TEST_F(ImageIo, TruncatedRecordingIsRefused) {
   NIGHTMAP_REQUIRE_DATA("hololens_office");
   NIGHTMAP_REQUIRE_DATA("tum_fr1_xyz_15hz");
-  const TemporaryFolder folder;
   const auto png = ReadBytes(TestDataPath("hololens_office/depth/00003.png"));
   const auto jpg = ReadBytes(TestDataPath("tum_fr1_xyz_15hz/rgb/1305031102.175304.jpg"));
-  ASSERT_NO_THROW(ReadRawDepth(folder.Write("whole.png", png)));
-  ASSERT_NO_THROW(ReadColorImage(folder.Write("whole.jpg", jpg)));
-  const auto cut_png = folder.Write("cut.png", png.substr(0, png.size() / 2));
-  const auto cut_jpg = folder.Write("cut.jpg", jpg.substr(0, jpg.size() / 2));
+  ASSERT_NO_THROW(ReadRawDepth(folder_.Write("whole.png", png)));
+  ASSERT_NO_THROW(ReadColorImage(folder_.Write("whole.jpg", jpg)));
+  const auto cut_png = folder_.Write("cut.png", png.substr(0, png.size() / 2));
+  const auto cut_jpg = folder_.Write("cut.jpg", jpg.substr(0, jpg.size() / 2));
   NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(cut_png), "cut.png: truncated png file");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(cut_jpg), "cut.jpg: truncated jpeg file");
 }
@@ -247,15 +236,14 @@ TEST_F(VideoTest, FramesBeyondTheEndAndForeignFilesAreRefused) {
   NIGHTMAP_EXPECT_ERROR(DataError, InspectVideo(folder_.Write("text.avi", "hello")), "text.avi");
 }
 
-TEST(ImageIo, VideoFramePathsAreTakenApart) {
+TEST_F(ImageIo, VideoFramePathsAreTakenApart) {
   const auto parts = SplitVideoFramePath("a/clip#1.avi#17");
   ASSERT_TRUE(parts);
   EXPECT_EQ(parts->first, "a/clip#1.avi");
   EXPECT_EQ(parts->second, 17);
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi"));
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#"));
-  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#-1"));
-  EXPECT_FALSE(SplitVideoFramePath("a#1/b.png"));
+  for (const char* path : {"a/clip.avi", "a/clip.avi#", "a/clip.avi#-1", "a#1/b.png"}) {
+    EXPECT_FALSE(SplitVideoFramePath(path)) << path;
+  }
 }
 
 }  // namespace image_io_test

@@ -5,7 +5,8 @@
 #include "pipeline/base/random.h"
 #include "pipeline/io/frame_failure.h"
 #include "pipeline/io/frame_labels.h"
-#include "tests/io/hdf5_damage.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace labels_io_test {
@@ -35,11 +36,12 @@ LabelsShard SomeShard() {
            PackLabels(8, 1'000'150'000'000, SomeSegmentation(7, 5, 2))}};
 }
 
-TEST(LabelsIo, ReadsBackEachFrameByItsTime) {
-  const TemporaryFolder folder;
+class LabelsIo : public InFolder {};
+
+TEST_F(LabelsIo, ReadsBackEachFrameByItsTime) {
   const LabelsShard shard = SomeShard();
-  WriteLabels(folder / "l.h5", shard, "config");
-  const LabelsReader reader(folder / "l.h5");
+  WriteLabels(folder_ / "l.h5", shard, "config");
+  const LabelsReader reader(folder_ / "l.h5");
   EXPECT_EQ(reader.Classes(), shard.classes);
   std::vector<int> frame_idx;
   for (const PackedLabels& frame : reader.Frames()) frame_idx.push_back(frame.frame_idx);
@@ -55,10 +57,9 @@ TEST(LabelsIo, ReadsBackEachFrameByItsTime) {
   }
 }
 
-TEST(LabelsIo, AFrameWithoutLabelsIsSaid) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "l.h5", SomeShard(), "");
-  const LabelsReader reader(folder / "l.h5");
+TEST_F(LabelsIo, AFrameWithoutLabelsIsSaid) {
+  WriteLabels(folder_ / "l.h5", SomeShard(), "");
+  const LabelsReader reader(folder_ / "l.h5");
   NIGHTMAP_EXPECT_ERROR(DataError, reader.Read(5), "l.h5: field 'time_ns' does not hold 5");
 }
 
@@ -90,41 +91,17 @@ TEST(FrameLabels, WhatIsWrongWithAFileOfLabelsIsNoFailureOfAPicture) {
   NIGHTMAP_EXPECT_ERROR(ArtifactError, read(), "a.png: its labels are in m.h5");
 }
 
-TEST(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "l.h5", {SomeClasses(), {}}, "");
-  EXPECT_TRUE(LabelsReader(folder / "l.h5").Frames().empty());
+TEST_F(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {
+  WriteLabels(folder_ / "l.h5", {SomeClasses(), {}}, "");
+  EXPECT_TRUE(LabelsReader(folder_ / "l.h5").Frames().empty());
 }
 
-TEST(LabelsIo, EqualContentIsEqualBytes) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "a.h5", SomeShard(), "config");
-  const LabelsReader reader(folder / "a.h5");
-  LabelsShard read{reader.Classes(), {}};
-  for (const PackedLabels& frame : reader.Frames()) {
-    read.frames.push_back(reader.ReadPacked(frame.time_ns));
-  }
-  WriteLabels(folder / "b.h5", read, "config");
-  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
-}
-
-TEST(LabelsIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteLabels(folder / "l.h5", SomeShard(), "");
-  ExpectTruncationIsNamed(folder, folder / "l.h5", kRead);
-}
-
-TEST(LabelsIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap labels", kVersion, kRead);
-}
-
-TEST(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {
-  const TemporaryFolder folder;
+TEST_F(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {
   const auto expect = [&](const auto& change, const std::string& field) {
     LabelsShard shard = SomeShard();
     change(shard);
-    WriteLabels(folder / "l.h5", shard, "");
-    NIGHTMAP_EXPECT_ERROR(DataError, kRead(folder / "l.h5"), "l.h5: field '" + field + "'");
+    WriteLabels(folder_ / "l.h5", shard, "");
+    NIGHTMAP_EXPECT_ERROR(DataError, kRead(folder_ / "l.h5"), "l.h5: field '" + field + "'");
   };
   const std::string first = "labels/1000000000000";
   expect([](auto& shard) { shard.classes.names.pop_back(); }, "moving");
@@ -147,13 +124,12 @@ TEST(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {
 }
 
 // As another program might write it.
-TEST(LabelsIo, MissingArraysAreNamed) {
-  const TemporaryFolder folder;
+TEST_F(LabelsIo, MissingArraysAreNamed) {
   const Segmentation image = SomeSegmentation(4, 3, 0);
   const PackedLabels packed = PackLabels(0, 9, image);
   for (const std::string missing :
        {"", "classes", "moving", "frame_idx", "time_ns", "size_px", "labels/9", "confidences/9"}) {
-    Hdf5Writer file(folder / "l.h5", "nightmap labels", kVersion, "", "");
+    Hdf5Writer file(folder_ / "l.h5", "nightmap labels", kVersion, "", "");
     const auto write = [&]<typename T>(const std::string& name, const Array<T>& array) {
       if (name != missing) file.Write(name, array);
     };
@@ -166,10 +142,10 @@ TEST(LabelsIo, MissingArraysAreNamed) {
     write("confidences/9", Array<std::uint8_t>{packed.confidences.size(), 1, packed.confidences});
     file.Close();
     if (missing.empty()) {
-      EXPECT_EQ(LabelsReader(folder / "l.h5").Read(9).labels.pixels, image.labels.pixels);
+      EXPECT_EQ(LabelsReader(folder_ / "l.h5").Read(9).labels.pixels, image.labels.pixels);
     } else {
       NIGHTMAP_EXPECT_ERROR(
-          DataError, kRead(folder / "l.h5"), "l.h5: field '" + missing + "' is missing");
+          DataError, kRead(folder_ / "l.h5"), "l.h5: field '" + missing + "' is missing");
     }
   }
 }

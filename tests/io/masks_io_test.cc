@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/masks_io.h"
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "tests/io/hdf5_damage.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace masks_io_test {
-
-const auto kRead = [](const std::filesystem::path& path) { return ReadMasks(path); };
 
 // Squares of 3 pixels, masked with this probability.
 GrayImage RandomMask(int width, int height, double ratio, std::uint64_t seed) {
@@ -67,16 +67,6 @@ TEST(MasksIo, ReadsBackEveryMask) {
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "m.h5"));
   WriteMasks(folder / "none.h5", {}, "");
   EXPECT_TRUE(ReadMasks(folder / "none.h5").empty());
-}
-
-TEST(MasksIo, ATruncatedFileIsNamed) {
-  const TemporaryFolder folder;
-  WriteMasks(folder / "m.h5", SomeMasks(), "");
-  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
-}
-
-TEST(MasksIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap masks", 1, kRead);
 }
 
 TEST(MasksIo, WhatCannotBeIsRefused) {

@@ -2,7 +2,6 @@
 #include "pipeline/io/picture_file.h"
 
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
 #include <png.h>
 
 #include "pipeline/base/error.h"

@@ -2,7 +2,6 @@
 #include "pipeline/io/picture_format.h"
 
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
 
 #include <opencv2/videoio.hpp>
 
@@ -28,8 +27,9 @@ bool WritePicture(const std::filesystem::path& path, const OIIO::ParamValueList&
          output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) && output->close();
 }
 
-TEST(PictureFormat, APictureIsOfTheFormatThatItsFirstBytesSay) {
-  const TemporaryFolder folder;
+class PictureFormat : public InFolder {};
+
+TEST_F(PictureFormat, APictureIsOfTheFormatThatItsFirstBytesSay) {
   const std::pair<const char*, const char*> formats[] = {{"jpg", "jpeg"},
                                                          {"png", "png"},
                                                          {"tif", "tiff"},
@@ -38,21 +38,21 @@ TEST(PictureFormat, APictureIsOfTheFormatThatItsFirstBytesSay) {
                                                          {"webp", "webp"},
                                                          {"exr", "openexr"}};
   for (const auto& [suffix, format] : formats) {
-    const auto path = folder / (std::string("a.") + suffix);
+    const auto path = folder_ / (std::string("a.") + suffix);
     ASSERT_TRUE(WritePicture(path)) << suffix;
     EXPECT_EQ(FormatOfFile(path), format);
     // The suffix of another format, and of a video, change nothing.
     for (const char* name : {"b.png", "b.mp4", "b.dcm", "b"}) {
       std::filesystem::copy_file(
-          path, folder / name, std::filesystem::copy_options::overwrite_existing);
-      const ColorImage image = ReadColorImage(folder / name);
+          path, folder_ / name, std::filesystem::copy_options::overwrite_existing);
+      const ColorImage image = ReadColorImage(folder_ / name);
       EXPECT_EQ(image.width, kWidth) << suffix << " as " << name;
       EXPECT_EQ(image.height, kHeight) << suffix << " as " << name;
     }
   }
 }
 
-TEST(PictureFormat, WhatNoWriterHereWritesIsKnownByItsFirstBytes) {
+TEST_F(PictureFormat, WhatNoWriterHereWritesIsKnownByItsFirstBytes) {
   EXPECT_EQ(FormatOfPicture("MM\0*\0\0\0\x08"s), "tiff");
   EXPECT_EQ(FormatOfPicture("II+\0\x08\0\0\0"s), "tiff");
   EXPECT_EQ(FormatOfPicture("MM\0+\0\x08\0\0"s), "tiff");
@@ -66,7 +66,7 @@ TEST(PictureFormat, WhatNoWriterHereWritesIsKnownByItsFirstBytes) {
   EXPECT_EQ(FormatOfPicture("RIFF1234WAVE"), "");
 }
 
-TEST(PictureFormat, AVideoIsKnownByItsFirstBytes) {
+TEST_F(PictureFormat, AVideoIsKnownByItsFirstBytes) {
   for (const char* brand : {"isom", "mp42", "qt  ", "M4V ", "3gp5"}) {
     EXPECT_TRUE(IsVideo("\0\0\0\x18"s + "ftyp" + brand)) << brand;
   }
@@ -99,10 +99,9 @@ void ExpectRefused(const std::filesystem::path& path, const std::string& why) {
 }
 
 // OpenImageIO reads videos too, and answers with their first frame.
-TEST(PictureFormat, AVideoIsNoPictureWhateverItsName) {
-  const TemporaryFolder folder;
+TEST_F(PictureFormat, AVideoIsNoPictureWhateverItsName) {
   for (const char* movie : {"clip.avi", "clip.mp4", "clip.mkv"}) {
-    cv::VideoWriter writer((folder / movie).string(),
+    cv::VideoWriter writer((folder_ / movie).string(),
                            cv::CAP_FFMPEG,
                            cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
                            15.0,
@@ -110,36 +109,34 @@ TEST(PictureFormat, AVideoIsNoPictureWhateverItsName) {
     ASSERT_TRUE(writer.isOpened()) << movie;
     for (int i = 0; i < 5; ++i) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(50 * i)));
     writer.release();
-    ExpectRefused(folder / movie, std::string(movie) + ": is a video or an animation");
-    std::filesystem::rename(folder / movie, folder / "holiday.jpg");
-    ExpectRefused(folder / "holiday.jpg", "extract the frames to localize as pictures");
+    ExpectRefused(folder_ / movie, std::string(movie) + ": is a video or an animation");
+    std::filesystem::rename(folder_ / movie, folder_ / "holiday.jpg");
+    ExpectRefused(folder_ / "holiday.jpg", "extract the frames to localize as pictures");
   }
 }
 
 // OpenImageIO has readers of many other formats, which nobody's camera writes.
-TEST(PictureFormat, OtherFormatsOfTheLibraryAreNotOpened) {
-  const TemporaryFolder folder;
+TEST_F(PictureFormat, OtherFormatsOfTheLibraryAreNotOpened) {
   int num_written = 0;
   for (const char* name : {"a.hdr", "a.sgi", "a.tga", "a.fits", "a.ico", "a.dpx", "a.rla"}) {
-    if (!WritePicture(folder / name)) continue;
+    if (!WritePicture(folder_ / name)) continue;
     ++num_written;
-    ExpectRefused(folder / name, std::string(name) + ": is no picture of a known format (PNG");
-    std::filesystem::rename(folder / name, folder / "b.png");
-    ExpectRefused(folder / "b.png", "convert it to PNG or JPEG");
+    ExpectRefused(folder_ / name, std::string(name) + ": is no picture of a known format (PNG");
+    std::filesystem::rename(folder_ / name, folder_ / "b.png");
+    ExpectRefused(folder_ / "b.png", "convert it to PNG or JPEG");
   }
   EXPECT_GE(num_written, 4);
 }
 
-TEST(PictureFormat, TheSizesOfAHeifFileAreCheckedBeforeItIsOpened) {
-  const TemporaryFolder folder;
+TEST_F(PictureFormat, TheSizesOfAHeifFileAreCheckedBeforeItIsOpened) {
   const std::string start = "\0\0\0\x18"s + "ftypheic" + "\0\0\0\0mif1heic"s;
   const std::string box = "\0\0\0\x14ispe\0\0\0\0"s;
   EXPECT_NO_THROW(CheckHeifSizes("a.heic", start + box + "\0\0\x0F\xC0\0\0\x0B\xD0"s));
   EXPECT_NO_THROW(CheckHeifSizes("a.heic", start + box + "\0\0\x0F"s));  // left to the library
-  const auto large =
-      folder.Write("a.heic", start + box + "\0\0\x02\0\0\0\x02\0"s + box + "\0\0\x80\0\0\0\x80\0"s);
+  const auto large = folder_.Write(
+      "a.heic", start + box + "\0\0\x02\0\0\0\x02\0"s + box + "\0\0\x80\0\0\0\x80\0"s);
   NIGHTMAP_EXPECT_ERROR(DataError, InspectImage(large), "a.heic: header says 32768 x 32768 pixels");
-  const auto wide = folder.Write("b.heic", start + box + "\0\0\x80\x01\0\0\0\x01"s);
+  const auto wide = folder_.Write("b.heic", start + box + "\0\0\x80\x01\0\0\0\x01"s);
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(wide), "b.heic: header says 32769 x 1 pixels");
 }
 

@@ -26,8 +26,7 @@ class QueriesIoTest : public testing::Test {
  protected:
   void ExpectRefused(const std::string& rows, const std::string& text) const {
     const auto path = folder_.Write("queries.csv", kHeader + rows);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadQueries(path), text);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadQueries(path), "queries.csv");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadQueries(path), text, "queries.csv");
   }
   TemporaryFolder folder_;
 };

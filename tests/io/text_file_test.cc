@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/text_file.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/trajectory_io.h"
@@ -17,8 +15,8 @@ TEST(ReadTextFile, NulBytesAreToldWithTheirLine) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadTextFile(folder.Write("a.txt", "1 a\n2 b\n")), "1 a\n2 b\n");
   const auto cut = folder.Write("b.txt", "1 a\n2 b\n3 c" + std::string(500, '\0'));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadTextFile(cut), "b.txt:3: holds 500 NUL bytes");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadTextFile(cut), "copy the file again");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadTextFile(cut), "b.txt:3: holds 500 NUL bytes", "copy the file again");
 }
 
 TEST(ReadTextFile, TextOfWindowsIsReadOrTold) {

@@ -36,8 +36,7 @@ class ThingsIoTest : public testing::Test {
     std::string text = ThingsToJson(TwoThings());
     ASSERT_NE(text.find(from), std::string::npos) << from;
     WriteFile(path_, text.replace(text.find(from), from.size(), to));
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadThings(path_), part);
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadThings(path_), path_.string());
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadThings(path_), part, path_.string());
   }
 
   TemporaryFolder folder_;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/trajectory_io.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
@@ -77,10 +75,11 @@ std::vector<StampedPose> RandomPoses(int count) {
   return poses;
 }
 
-TEST(Tum, WhatIsWrittenIsRead) {
-  const TemporaryFolder folder;
+class Tum : public InFolder {};
+
+TEST_F(Tum, WhatIsWrittenIsRead) {
   const auto poses = RandomPoses(100);
-  const auto path = folder.Write("a.tum", TrajectoryToTum(poses, "map_from_camera"));
+  const auto path = folder_.Write("a.tum", TrajectoryToTum(poses, "map_from_camera"));
   const auto read = ReadTum(path);
   ASSERT_EQ(read.size(), poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -92,11 +91,11 @@ TEST(Tum, WhatIsWrittenIsRead) {
   EXPECT_EQ(FindPose(read, poses[3].time_ns + 1), -1);
   EXPECT_EQ(FindPose(read, poses[99].time_ns + 1), -1);
   // Writing what was read changes nothing any more.
-  const auto again = folder.Write("b.tum", TrajectoryToTum(read, "map_from_camera"));
+  const auto again = folder_.Write("b.tum", TrajectoryToTum(read, "map_from_camera"));
   EXPECT_EQ(TrajectoryToTum(ReadTum(again), "map_from_camera"), ReadBytes(again));
 }
 
-TEST(Tum, EqualRotationsGiveEqualText) {
+TEST_F(Tum, EqualRotationsGiveEqualText) {
   StampedPose pose{0, {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {-1e-12, 0, 0}}};
   const std::string text = TrajectoryToTum({pose}, "");
   pose.pose.rotation.coeffs() *= -1;
@@ -104,21 +103,19 @@ TEST(Tum, EqualRotationsGiveEqualText) {
   EXPECT_EQ(TrajectoryToTum({pose}, ""), text);
 }
 
-TEST(Tum, CommentsBlankLinesAndTabsAreFine) {
-  const TemporaryFolder folder;
+TEST_F(Tum, CommentsBlankLinesAndTabsAreFine) {
   const auto poses =
-      ReadTum(folder.Write("a.tum", "# comment\n\n1\t0 0 0  0 0 0 1\r\n  2 1 2 3 0 0 0 1"));
+      ReadTum(folder_.Write("a.tum", "# comment\n\n1\t0 0 0  0 0 0 1\r\n  2 1 2 3 0 0 0 1"));
   ASSERT_EQ(poses.size(), 2u);
   EXPECT_EQ(poses[1].pose.translation, Eigen::Vector3d(1, 2, 3));
-  EXPECT_TRUE(ReadTum(folder.Write("b.tum", "# nothing\n")).empty());
+  EXPECT_TRUE(ReadTum(folder_.Write("b.tum", "# nothing\n")).empty());
 }
 
-TEST(Tum, ATrajectoryOfAStageHoldsAPose) {
-  const TemporaryFolder folder;
-  EXPECT_EQ(ReadPoses(folder.Write("one.tum", "1 0 0 0 0 0 0 1\n")).size(), 1U);
+TEST_F(Tum, ATrajectoryOfAStageHoldsAPose) {
+  EXPECT_EQ(ReadPoses(folder_.Write("one.tum", "1 0 0 0 0 0 0 1\n")).size(), 1U);
   for (const char* text : {"", "# map_from_camera\n"}) {
     NIGHTMAP_EXPECT_ERROR(DataError,
-                          ReadPoses(folder.Write("none.tum", text)),
+                          ReadPoses(folder_.Write("none.tum", text)),
                           "none.tum: holds no pose; delete it and run make again");
   }
 }
@@ -140,12 +137,10 @@ TEST(PoseAt, InterpolatesBetweenNeighboursThatAreCloseEnough) {
   EXPECT_FALSE(PoseAt({}, 1, 1000));
 }
 
-TEST(Tum, BadLinesAreNamed) {
-  const TemporaryFolder folder;
+TEST_F(Tum, BadLinesAreNamed) {
   const auto expect = [&](const std::string& line, const std::string& reason) {
-    const auto path = folder.Write("bad.tum", "# header\n1 0 0 0 0 0 0 1\n" + line + "\n");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), "bad.tum:3: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), reason);
+    const auto path = folder_.Write("bad.tum", "# header\n1 0 0 0 0 0 0 1\n" + line + "\n");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), "bad.tum:3: ", reason);
   };
   expect("2 0 0 0 0 0 0", "7 columns");
   expect("2 0 0 0 0 0 0 1 5", "9 columns");
@@ -158,7 +153,7 @@ TEST(Tum, BadLinesAreNamed) {
   expect("x 0 0 0 0 0 0 1", "not a time");
   expect("1 0 0 0 0 0 0 1", "times must increase");
   expect("0.5 0 0 0 0 0 0 1", "times must increase");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(folder / "none.tum"), "none.tum");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(folder_ / "none.tum"), "none.tum");
 }
 
 }  // namespace trajectory_io_test

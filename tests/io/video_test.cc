@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facts that a container has of its frames beside pixels: when they were taken, how to turn them.
-#include <gtest/gtest.h>
 
 #include <opencv2/videoio.hpp>
 

@@ -62,8 +62,7 @@ TEST_F(YamlMapTest, WhatCannotBeNamesFileAndLine) {
   };
   const std::string line_2 = path_.string() + ":2: ";
   for (const char* text : {".nan", "NaN", ".inf", "-inf", "1e999", "0.5 m", "0,5", "one", "''"}) {
-    NIGHTMAP_EXPECT_ERROR(DataError, number(text), line_2 + "b is '");
-    NIGHTMAP_EXPECT_ERROR(DataError, number(text), "not a finite number");
+    NIGHTMAP_EXPECT_ERROR(DataError, number(text), line_2 + "b is '", "not a finite number");
   }
   for (const char* text : {"", "~", "null"}) {
     NIGHTMAP_EXPECT_ERROR(DataError, number(text), line_2 + "b has no value");

@@ -110,8 +110,8 @@ TEST_F(SegmenterTest, ANetworkThatDoesNotFitTheModelFileIsRefusedAtOnce) {
   const auto path = WriteTinyModel(folder_);
   const auto expect = [&](const std::string& network, const std::string& message) {
     folder_.Write("tiny.onnx", network);
-    NIGHTMAP_EXPECT_ERROR(UsageError, Segmenter(ReadSegmentationModel(path)), path.string());
-    NIGHTMAP_EXPECT_ERROR(UsageError, Segmenter(ReadSegmentationModel(path)), message);
+    NIGHTMAP_EXPECT_ERROR(
+        UsageError, Segmenter(ReadSegmentationModel(path)), path.string(), message);
   };
   expect("no network", "does not load");
   expect(RedAndBlueNetwork().substr(0, 100), "does not load");

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/laser/scan_queries_io.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "tests/io/hdf5_damage.h"
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace scan_queries_io_test {
-
-constexpr char kFormat[] = "nightmap scan queries";
 
 std::vector<ScanQuery> Queries() {
   ScanQuery single{"kitchen, \"2\" ä", 5, {}, RoughPosition{{1.5, -2}, 5}};
@@ -78,84 +76,63 @@ TEST(ScanQueriesIo, PointsAreThoseOfHitsInTheFrameOfTheQuery) {
   EXPECT_EQ(PointsInQuery(query, 9).size(), 3U);
 }
 
-TEST(ScanQueriesIo, DamagedFilesAreRefusedByName) {
-  const TemporaryFolder folder;
-  WriteScanQueries(folder / "whole.h5", Queries());
-  ExpectTruncationIsNamed(folder, folder / "whole.h5", ReadScanQueries);
-  ExpectOtherFormatsAreRefused(folder, kFormat, 1, ReadScanQueries);
-}
+// A file of one query with one scan of two beams.
+using Offsets = std::vector<std::int64_t>;
+struct Arrays {
+  Offsets name_offset = {0, 1}, scan_offset = {0, 1}, range_offset = {0, 2};
+  std::vector<std::uint8_t> name = {'a'};
+  std::vector<double> pose = {0, 0, 0}, beams = {0, 0.1, 30}, rough = {0, 0, 0};
+};
 
-// A file of one query with one scan of two beams, one array replaced.
 class ScanQueriesDamageTest : public testing::Test {
  protected:
-  void ExpectRefused(const std::string& why) const {
+  template <typename Damage>
+  void ExpectRefused(const std::string& why, const Damage& damage) const {
+    Arrays a;
+    damage(a);
     {
-      Hdf5Writer file(folder_ / "bad.h5", kFormat, 1, "", "");
-      file.WriteList("name_offset", name_offset_);
-      file.WriteList("name", name_);
-      file.WriteList("time_ns", std::vector<std::int64_t>(name_offset_.size() - 1, 4));
-      file.WriteList("scan_offset", scan_offset_);
-      file.Write("query_from_laser", Array<double>{1, 3, pose_});
-      file.Write("beams", Array<double>{1, 3, beams_});
-      file.WriteList("range_offset", range_offset_);
+      Hdf5Writer file(folder_ / "bad.h5", "nightmap scan queries", 1, "", "");
+      file.WriteList("name_offset", a.name_offset);
+      file.WriteList("name", a.name);
+      file.WriteList("time_ns", std::vector<std::int64_t>(a.name_offset.size() - 1, 4));
+      file.WriteList("scan_offset", a.scan_offset);
+      file.Write("query_from_laser", Array<double>{1, 3, a.pose});
+      file.Write("beams", Array<double>{1, 3, a.beams});
+      file.WriteList("range_offset", a.range_offset);
       file.WriteList("range_m", std::vector<float>{1, 2});
-      file.Write("rough_position", Array<double>{rough_.size() / 3, 3, rough_});
+      file.Write("rough_position", Array<double>{a.rough.size() / 3, 3, a.rough});
       file.Close();
     }
     NIGHTMAP_EXPECT_ERROR(DataError, ReadScanQueries(folder_ / "bad.h5"), why);
   }
 
   TemporaryFolder folder_;
-  std::vector<std::int64_t> name_offset_ = {0, 1}, scan_offset_ = {0, 1}, range_offset_ = {0, 2};
-  std::vector<std::uint8_t> name_ = {'a'};
-  std::vector<double> pose_ = {0, 0, 0}, beams_ = {0, 0.1, 30}, rough_ = {0, 0, 0};
 };
 
-TEST_F(ScanQueriesDamageTest, PosesThatAreNoNumbers) {
-  pose_[1] = std::nan("");
-  ExpectRefused("query_from_laser");
-}
-TEST_F(ScanQueriesDamageTest, BeamsThatAllPointOneWay) {
-  beams_[1] = 0;
-  ExpectRefused("'beams' has an angle step of 0");
-}
-TEST_F(ScanQueriesDamageTest, ANegativeRadiusOrOneTooFew) {
-  rough_[2] = -1;
-  ExpectRefused("'rough_position' has a negative radius");
-  rough_ = {};
-  ExpectRefused("rough_position");
-}
-TEST_F(ScanQueriesDamageTest, PlacesBeyondAnyBuilding) {
-  pose_[1] = 1e4;
-  ExpectRefused("'query_from_laser' is too far from the robot");
-  pose_[1] = 0;
-  rough_[0] = -1e9;
-  ExpectRefused("rough_position");
-  rough_ = {0, 0, 1e9};
-  ExpectRefused("rough_position");
-}
-TEST_F(ScanQueriesDamageTest, OffsetsThatDoNotFit) {
-  for (const auto& offsets : std::vector<std::vector<std::int64_t>>{{0, 2}, {1, 1}, {0}, {0, -1}}) {
-    scan_offset_ = offsets;
-    ExpectRefused("scan_offset");
+TEST_F(ScanQueriesDamageTest, IsRefusedByTheNameOfTheArray) {
+  // NaN and places beyond any building
+  ExpectRefused("query_from_laser", [](Arrays& a) { a.pose[1] = std::nan(""); });
+  ExpectRefused("'query_from_laser' is too far from the robot", [](Arrays& a) { a.pose[1] = 1e4; });
+  ExpectRefused("rough_position", [](Arrays& a) { a.rough[0] = -1e9; });
+  ExpectRefused("rough_position", [](Arrays& a) { a.rough[2] = 1e9; });
+  ExpectRefused("'rough_position' has a negative radius", [](Arrays& a) { a.rough[2] = -1; });
+  ExpectRefused("rough_position", [](Arrays& a) { a.rough = {}; });  // one too few
+  ExpectRefused("'beams' has an angle step of 0", [](Arrays& a) { a.beams[1] = 0; });
+  for (const Offsets& offsets : {Offsets{0, 2}, {1, 1}, {0}, {0, -1}}) {
+    ExpectRefused("scan_offset", [&](Arrays& a) { a.scan_offset = offsets; });
   }
-  scan_offset_ = {0, 1};
-  range_offset_ = {0, 3};
-  ExpectRefused("range_offset");
-}
-TEST_F(ScanQueriesDamageTest, NamesThatAreEmptyOrOfSeveralLines) {
-  name_[0] = '\n';
-  ExpectRefused("name");
-  name_ = {};
-  name_offset_ = {0, 0};
-  ExpectRefused("name");
-}
-TEST_F(ScanQueriesDamageTest, TwoQueriesOfOneTime) {
-  name_ = {'a', 'b'};
-  name_offset_ = {0, 1, 2};
-  scan_offset_ = {0, 1, 1};
-  rough_.resize(6);
-  ExpectRefused("'time_ns' does not increase");
+  ExpectRefused("range_offset", [](Arrays& a) { a.range_offset = {0, 3}; });
+  ExpectRefused("name", [](Arrays& a) { a.name[0] = '\n'; });
+  ExpectRefused("name", [](Arrays& a) {
+    a.name = {};
+    a.name_offset = {0, 0};
+  });
+  ExpectRefused("'time_ns' does not increase", [](Arrays& a) {
+    a.name = {'a', 'b'};
+    a.name_offset = {0, 1, 2};
+    a.scan_offset = {0, 1, 1};
+    a.rough.resize(6);
+  });
 }
 
 }  // namespace scan_queries_io_test

@@ -69,12 +69,10 @@ TEST_F(FloorsIoTest, TheGridOfAFloorIsReadBesideTheList) {
   WriteFile(path_, FloorsToJson(ThreeFloors()));
   const FloorFiles upper = ReadFloors(path_)[2];
   const std::string remedy = "make it again or correct";
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.yaml: ");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), remedy + " floors.json");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.yaml: ", remedy + " floors.json");
   OccupancyGrid grid{2, 1, 0.1, {1, 2}, {kFreeCell, kOccupiedCell}};
   folder_.Write("floor_1.yaml", GridToYaml(grid, "floor_1.pgm"));
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.pgm: ");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), remedy + " floor_1.yaml");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.pgm: ", remedy + " floor_1.yaml");
   folder_.Write("floor_1.pgm", GridToPgm(grid));
   EXPECT_EQ(ReadGridOf(upper).cells, grid.cells);
 }

@@ -71,8 +71,8 @@ TEST_F(PathIoTest, RefusesDamagedPoints) {
 
 TEST_F(PathIoTest, RefusesAnotherJson) {
   const auto expect = [&](const std::string& json, const std::string& message) {
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), message);
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), "path.json");
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, Read(std::string(kHeader) + kRows, json), message, "path.json");
   };
   expect(Json(kConfig, 4), "make plan");
   std::string longer = Json(kConfig);

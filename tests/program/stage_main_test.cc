@@ -56,10 +56,40 @@ class StageMainTest : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
+  static void Never(const Options&, StageContext&) { ADD_FAILURE() << "the body runs"; }
   static void CopyBody(const Options& options, StageContext& context) {
     context.Report()["size"] = options.size;
     context.Skip("one bad item");
     WriteFile(context.Output("out"), ReadFile(context.Input("in")));
+  }
+  static void JoinBody(const Options&, StageContext& context) {
+    EXPECT_FALSE(context.HasInput("extra"));
+    std::string all;
+    for (const auto& path : context.Inputs("in")) all += ReadFile(path);
+    WriteFile(context.Output("out"), all);
+  }
+  // CopyBody, and then this.
+  template <typename More>
+  static Body CopyAnd(const More& more) {
+    return [more](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      more(context);
+    };
+  }
+  nlohmann::json Json(const char* name) const {
+    return nlohmann::json::parse(ReadFile(folder_ / name));
+  }
+  // The run ends with this code, says this, and writes nothing.
+  void ExpectFailure(const std::vector<std::string>& arguments,
+                     int code,
+                     const std::string& message,
+                     const Body& body = CopyBody) const {
+    SCOPED_TRACE(message);
+    const Result run = Main(arguments, body);
+    EXPECT_EQ(run.code, code);
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+    EXPECT_TRUE(!std::filesystem::exists(input_) || ReadFile(input_) == "hello");
   }
   void ExpectNothingWritten() const {
     for (const char* name : {"out", "report", "receipt"}) {
@@ -84,7 +114,7 @@ TEST_F(StageMainTest, ReceiptHasTheTimesOfEachPart) {
     CopyBody(options, context);
   };
   ASSERT_EQ(Main(Ports(), body).code, 0);
-  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  const auto receipt = Json("receipt");
   std::map<std::string, nlohmann::json> parts;
   double sum_s = 0;
   for (const auto& part : receipt["parts"]) {
@@ -98,11 +128,10 @@ TEST_F(StageMainTest, ReceiptHasTheTimesOfEachPart) {
 }
 
 TEST_F(StageMainTest, MessagesObeyNoControlInAUsersText) {
-  const Result failed = Main(Ports(), [](const Options&, StageContext&) {
-    throw DataError("{}: no such name\nremedy", "a\x1b[31m\a");
-  });
-  EXPECT_EQ(failed.code, 1);
-  EXPECT_NE(failed.err.find("a\\x1b[31m\\x07: no such name\nremedy\n"), std::string::npos);
+  ExpectFailure(
+      Ports(), 1, "a\\x1b[31m\\x07: no such name\nremedy\n", [](const Options&, StageContext&) {
+        throw DataError("{}: no such name\nremedy", "a\x1b[31m\a");
+      });
   const Result run = Main({"--in", "a\x1b[31m"});
   EXPECT_EQ(run.err.find('\x1b'), std::string::npos) << run.err;
 }
@@ -110,20 +139,12 @@ TEST_F(StageMainTest, MessagesObeyNoControlInAUsersText) {
 TEST_F(StageMainTest, HelpNamesEveryPortAndOptionWithRangeAndDefault) {
   const Result run = Main({"--help"});
   EXPECT_EQ(run.code, 0);
-  for (const char* word : {"copies a file",
-                           "a file",
-                           "its copy",
-                           "size",
-                           "how large",
-                           "10",
-                           "3",
-                           "--threads",
-                           "--in-list",
-                           "--print-config",
-                           "report",
-                           "receipt"}) {
-    EXPECT_THAT(run.out, testing::HasSubstr(word));
-  }
+  using testing::HasSubstr;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("copies a file"), HasSubstr("its copy")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("size"), HasSubstr("how large"), HasSubstr("10")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("a file"), HasSubstr("3"), HasSubstr("--threads")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("--in-list"), HasSubstr("--print-config")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("report"), HasSubstr("receipt")));
 }
 
 TEST_F(StageMainTest, VersionAndConfigGoToStdout) {
@@ -144,12 +165,12 @@ TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.out, "");
   EXPECT_EQ(ReadFile(folder_ / "out"), "hello");
-  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  const auto report = Json("report");
   EXPECT_EQ(report["size"], 7);
   EXPECT_EQ(report["num_skipped"], 1);
   EXPECT_EQ(report["skipped"][0], "one bad item");
   EXPECT_EQ(report["config"], "size = 7\n");
-  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  const auto receipt = Json("receipt");
   EXPECT_EQ(receipt["inputs"][0]["xxh3"], HashBytes("hello"));
   EXPECT_EQ(receipt["outputs"][0]["xxh3"], HashBytes("hello"));
   EXPECT_GT(receipt["peak_memory_bytes"], 0);
@@ -190,21 +211,16 @@ TEST_F(StageMainTest, ARunThatFailsMayLeaveOneFileAndTheNextRunRemovesIt) {
 
 TEST_F(StageMainTest, FilesThatAnInputNamesAreInputs) {
   const auto named = folder_.Write("named.txt", "more");
-  const auto body = [&](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    context.AddInput(named, context.Input("in"));
-  };
+  const Body body =
+      CopyAnd([&](StageContext& context) { context.AddInput(named, context.Input("in")); });
   ASSERT_EQ(Main(Ports(), body).code, 0);
-  const auto inputs = nlohmann::json::parse(ReadFile(folder_ / "receipt"))["inputs"];
+  const auto inputs = Json("receipt")["inputs"];
   ASSERT_EQ(inputs.size(), 2U);
   EXPECT_EQ(inputs[1]["name"], "named.txt");
   EXPECT_EQ(inputs[1]["xxh3"], HashBytes("more"));
   for (const char* name : {"out", "report", "receipt"}) std::filesystem::remove(folder_ / name);
   std::filesystem::remove(named);
-  const Result run = Main(Ports(), body);
-  EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, testing::HasSubstr(named.string() + ": " + input_.string() + " names"));
-  ExpectNothingWritten();
+  ExpectFailure(Ports(), 1, named.string() + ": " + input_.string() + " names", body);
 }
 
 TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
@@ -220,12 +236,7 @@ TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
       {With({"--threads", "-1"}), "threads"},
       {With({"--no-such-flag"}), "no-such-flag"},
       {{"--check-config", "--config", config.string()}, "sise"}};
-  for (const auto& [arguments, message] : cases) {
-    const Result run = Main(arguments);
-    EXPECT_EQ(run.code, 2) << message;
-    EXPECT_THAT(run.err, testing::HasSubstr(message));
-    ExpectNothingWritten();
-  }
+  for (const auto& [arguments, message] : cases) ExpectFailure(arguments, 2, message);
 }
 
 TEST_F(StageMainTest, ACheckedInputMayReferToAnother) {
@@ -240,9 +251,9 @@ TEST_F(StageMainTest, ACheckedInputMayReferToAnother) {
   const auto config = folder_.Write("copy.toml", "size = 7\n").string();
   EXPECT_EQ(Main({"--check-config", "--config", config, "--in", base, "--in", user}).code, 0);
   EXPECT_EQ(read, "base a; b of a");
-  const Result alone = Main({"--check-config", "--config", config, "--in", user});
-  EXPECT_EQ(alone.code, 2);
-  EXPECT_THAT(alone.err, testing::HasSubstr("user.txt refers to --in base: give that too"));
+  ExpectFailure({"--check-config", "--config", config, "--in", user},
+                2,
+                "user.txt refers to --in base: give that too");
 }
 
 TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
@@ -255,30 +266,15 @@ TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
       {"more=" + config.string(), "is the file of --config"},
       {"more=" + (folder_ / "./out").string(), "are one file"}};
   for (const auto& [port, message] : cases) {
-    const Result run = Main(With({"--config", config.string(), "--out", port}),
-                            [](const Options&, StageContext&) { FAIL() << "the stage ran"; });
-    EXPECT_EQ(run.code, 2) << message;
-    EXPECT_THAT(run.err, testing::HasSubstr(message));
-    ExpectNothingWritten();
-    EXPECT_EQ(ReadFile(input_), "hello");
+    ExpectFailure(With({"--config", config.string(), "--out", port}), 2, message, Never);
   }
 }
 
 TEST_F(StageMainTest, AReceiptHasNoHashOfAnInputByHash) {
   const std::string listed = folder_.Write("listed.h5", "masks").string();
   spec_.inputs = {{"in", "a file"}, {"masks", "masks", Arity::kAnyNumber, PortKind::kByHash}};
-  const std::string receipt = (folder_ / "receipt.json").string();
-  ASSERT_EQ(Main({"--in",
-                  "in=" + input_.string(),
-                  "--in",
-                  "masks=" + listed,
-                  "--out",
-                  "out=" + (folder_ / "out").string(),
-                  "--out",
-                  "receipt=" + receipt})
-                .code,
-            0);
-  const auto written = nlohmann::json::parse(ReadBytes(receipt));
+  ASSERT_EQ(Main(With({"--in", "masks=" + listed})).code, 0);
+  const auto written = Json("receipt");
   ASSERT_EQ(written["inputs"].size(), 2U);
   for (const auto& entry : written["inputs"]) {
     EXPECT_EQ(entry.contains("xxh3"), entry["name"] != "masks") << entry;
@@ -301,14 +297,12 @@ TEST_F(StageMainTest, AnInputThatIsNotWhatItsJobWroteIsRefused) {
   ASSERT_EQ(run(written, "second").code, 0);
   WriteFile(written, "jello");
   const std::string message = written + ": is not the file that the job wrote";
-  const auto never = [](const Options&, StageContext&) { ADD_FAILURE() << "the body runs"; };
-  const Result direct = run(written, "second", never);
+  const Result direct = run(written, "second", Never);
   EXPECT_EQ(direct.code, 1);
   EXPECT_THAT(direct.err, testing::HasSubstr(message));
-  const Result named = run(input_, "second", [&](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    context.AddInput(written, context.Input("in"));
-  });
+  const Result named = run(input_, "second", CopyAnd([&](StageContext& context) {
+                             context.AddInput(written, context.Input("in"));
+                           }));
   EXPECT_EQ(named.code, 1);
   EXPECT_THAT(named.err, testing::HasSubstr(message));
   EXPECT_EQ(ReadFile(folder_ / "second/out.json"), "hello");
@@ -333,16 +327,9 @@ TEST_F(StageMainTest, InputsOfTheWrongKindAreUsageErrors) {
        "--config " + fifo + ": is a FIFO, a file is needed"}};
   for (std::pair<std::vector<std::string>, std::string> item : cases) {
     item.first.insert(item.first.end(), {"--out", "out=" + (folder_ / "out").string()});
-    const Result run = Main(item.first);
-    EXPECT_EQ(run.code, 2) << item.second;
-    EXPECT_THAT(run.err, testing::HasSubstr(item.second));
-    ExpectNothingWritten();
+    ExpectFailure(item.first, 2, item.second);
   }
-  EXPECT_EQ(
-      Main(
-          {"--in", "in=" + input_.string(), "--in", "data=" + folder, "--out", "out=" + fifo + "_"})
-          .code,
-      0);
+  EXPECT_EQ(Main(With({"--in", "data=" + folder})).code, 0);
 }
 
 TEST_F(StageMainTest, AFileBesideAnOutputDoesNotReplaceAnythingElse) {
@@ -352,35 +339,29 @@ TEST_F(StageMainTest, AFileBesideAnOutputDoesNotReplaceAnythingElse) {
       {"in.txt", "in.txt, written beside --out out is the file of --in in"},
       {"report", "and " + (folder_ / "report").string() + ", written beside --out out are one"}};
   for (const auto& [name, message] : cases) {
-    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
-      CopyBody(options, context);
-      WriteFile(context.OutputBeside("out", name), "new");
-    });
-    EXPECT_EQ(run.code, 2) << message;
-    EXPECT_THAT(run.err, testing::HasSubstr(message));
-    ExpectNothingWritten();
-    EXPECT_EQ(ReadFile(input_), "hello");
+    ExpectFailure(Ports(), 2, message, CopyAnd([&, beside = name](StageContext& context) {
+                    WriteFile(context.OutputBeside("out", beside), "new");
+                  }));
   }
 }
 
 TEST_F(StageMainTest, AFileThatAnInputNamesIsNotOverwritten) {
   const auto named = folder_.Write("named.txt", "more");
   spec_.outputs.push_back({"more", "another", Arity::kOptional});
-  const auto body = [&](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    context.AddInput(named, context.Input("in"));
-  };
-  const Result run = Main(With({"--out", "more=" + named.string()}), body);
-  EXPECT_EQ(run.code, 2);
-  EXPECT_THAT(run.err, testing::HasSubstr("in.txt names; give the output another path"));
+  const Body body =
+      CopyAnd([&](StageContext& context) { context.AddInput(named, context.Input("in")); });
+  ExpectFailure(With({"--out", "more=" + named.string()}),
+                2,
+                "in.txt names; give the output another path",
+                body);
   EXPECT_EQ(ReadFile(named), "more");
 }
 
 TEST_F(StageMainTest, OutOfMemoryNamesTheInputs) {
-  const Result run =
-      Main(Ports(), [](const Options&, StageContext&) -> void { throw std::bad_alloc(); });
-  EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, testing::HasSubstr("out of memory with the inputs in=" + input_.string()));
+  ExpectFailure(Ports(),
+                1,
+                "out of memory with the inputs in=" + input_.string(),
+                [](const Options&, StageContext&) { throw std::bad_alloc(); });
 }
 
 TEST_F(StageMainTest, WhateverSaysThatMemoryRanOutIsCalledMemory) {
@@ -390,14 +371,9 @@ TEST_F(StageMainTest, WhateverSaysThatMemoryRanOutIsCalledMemory) {
       [] { throw std::system_error(ENOMEM, std::generic_category()); },
       [] { throw std::runtime_error("(-4:Insufficient memory) Failed to allocate 9 bytes"); }};
   for (const auto& fail : failures) {
-    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
-      CopyBody(options, context);
-      fail();
-    });
-    EXPECT_EQ(run.code, 1);
-    EXPECT_THAT(run.err, testing::HasSubstr("out of memory"));
-    EXPECT_THAT(run.err, testing::HasSubstr("THREADS=1"));
-    ExpectNothingWritten();
+    const Body body = CopyAnd([&](StageContext&) { fail(); });
+    ExpectFailure(Ports(), 1, "out of memory", body);
+    ExpectFailure(Ports(), 1, "THREADS=1", body);
   }
 }
 
@@ -407,11 +383,9 @@ TEST_F(StageMainTest, AnInputThatCannotBeIsNamedByItsFile) {
   spec_.inputs.push_back({"more", "others", Arity::kMany});
   const auto expect = [&](const std::vector<InputName>& inputs, const std::string& message) {
     const auto more = With({"--in", "more=" + second.string(), "--in", "more=" + third.string()});
-    const Result run = Main(more, [&](const Options&, StageContext&) -> void {
+    ExpectFailure(more, 1, message + "\n", [&](const Options&, StageContext&) {
       throw InputError(inputs, "holds {} eggs", 3);
     });
-    EXPECT_EQ(run.code, 1);
-    EXPECT_THAT(run.err, testing::HasSubstr(message + "\n"));
   };
   const std::string in = input_.string();
   expect({{"in"}}, in + ": holds 3 eggs; delete it and run make again");
@@ -422,46 +396,31 @@ TEST_F(StageMainTest, AnInputThatCannotBeIsNamedByItsFile) {
 }
 
 TEST_F(StageMainTest, AnInputThatADeletionDoesNotMendHasItsOwnRemedy) {
-  const Result run = Main(Ports(), [&](const Options&, StageContext&) -> void {
+  const std::string message = input_.string() + ": 0 eggs; lay some\n";
+  ExpectFailure(Ports(), 1, message, [](const Options&, StageContext&) {
     throw InputError({{"in"}}, InputError::Remedy::kInText, "{} eggs; lay some", 0);
   });
-  EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, testing::HasSubstr(input_.string() + ": 0 eggs; lay some\n"));
 }
 
 TEST_F(StageMainTest, AMissingInputIsNamed) {
   std::filesystem::remove(input_);
-  const Result run = Main(Ports());
-  EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, testing::HasSubstr("in.txt"));
+  ExpectFailure(Ports(), 1, "in.txt");
 }
 
 TEST_F(StageMainTest, EveryErrorHasItsCodeAndCommitsNothing) {
-  const auto throwing = [](auto error) {
-    return [error](const Options& options, StageContext& context) {
-      CopyBody(options, context);
-      throw error;
-    };
+  const auto expect = [&](int code, const auto& error) {
+    ExpectFailure(Ports(), code, "broken 1", CopyAnd([&](StageContext&) { throw error; }));
   };
-  const std::vector<std::pair<Body, int>> cases = {{throwing(DataError("broken {}", 1)), 1},
-                                                   {throwing(UsageError("broken {}", 1)), 2},
-                                                   {throwing(ThresholdError("broken {}", 1)), 3},
-                                                   {throwing(std::runtime_error("broken 1")), 1}};
-  for (const auto& [body, code] : cases) {
-    const Result run = Main(Ports(), body);
-    EXPECT_EQ(run.code, code);
-    EXPECT_THAT(run.err, testing::HasSubstr("broken 1"));
-    ExpectNothingWritten();
-  }
+  expect(1, DataError("broken {}", 1));
+  expect(2, UsageError("broken {}", 1));
+  expect(3, ThresholdError("broken {}", 1));
+  expect(1, std::runtime_error("broken 1"));
 }
 
 TEST_F(StageMainTest, AFailureLeavesTheOldFilesAndNothingElse) {
   for (const char* name : {"out", "report", "receipt"}) folder_.Write(name, "old");
-  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    throw ThresholdError("too few");
-  });
-  EXPECT_EQ(run.code, 3);
+  const Body fail = CopyAnd([](StageContext&) { throw ThresholdError("too few"); });
+  EXPECT_EQ(Main(Ports(), fail).code, 3);
   for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
     EXPECT_EQ(ReadFile(entry.path()), entry.path() == input_ ? "hello" : "old") << entry.path();
   }
@@ -472,19 +431,13 @@ TEST_F(StageMainTest, TheReportDoesNotKnowTheNumberOfThreads) {
   const std::string report = ReadFile(folder_ / "report");
   ASSERT_EQ(Main(With({"--threads", "4"})).code, 0);
   EXPECT_EQ(ReadFile(folder_ / "report"), report);
-  EXPECT_EQ(nlohmann::json::parse(ReadFile(folder_ / "receipt"))["threads"], 4);
+  EXPECT_EQ(Json("receipt")["threads"], 4);
 }
 
 TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
   spec_.inputs = {{"in", "files", Arity::kMany}, {"extra", "a file", Arity::kOptional}};
   const auto second = folder_.Write("a=b.txt", " again");
-  const Result run =
-      Main(With({"--in", "in=" + second.string()}), [](const Options&, StageContext& context) {
-        EXPECT_FALSE(context.HasInput("extra"));
-        std::string all;
-        for (const auto& path : context.Inputs("in")) all += ReadFile(path);
-        WriteFile(context.Output("out"), all);
-      });
+  const Result run = Main(With({"--in", "in=" + second.string()}), JoinBody);
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
 }
@@ -495,18 +448,12 @@ TEST_F(StageMainTest, AListOfInputsCountsAsItsLinesInOrder) {
   const auto a = folder_.Write("a.txt", "a");
   const auto list = folder_.Write("list", b.string() + "\n" + a.string());  // and no newline
   const auto none = folder_.Write("none", "");
-  const Result run =
-      Main(With({"--in-list", "in=" + list.string(), "--in-list", "extra=" + none.string()}),
-           [](const Options&, StageContext& context) {
-             EXPECT_FALSE(context.HasInput("extra"));
-             std::string all;
-             for (const auto& path : context.Inputs("in")) all += ReadFile(path);
-             WriteFile(context.Output("out"), all);
-           });
+  const Result run = Main(
+      With({"--in-list", "in=" + list.string(), "--in-list", "extra=" + none.string()}), JoinBody);
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ReadFile(folder_ / "out"), "helloba");
   std::vector<std::string> paths;
-  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  const auto receipt = Json("receipt");
   for (const auto& input : receipt["inputs"]) {
     EXPECT_EQ(input["name"], "in");
     paths.push_back(input["path"]);
@@ -529,10 +476,7 @@ TEST_F(StageMainTest, AListOfInputsThatIsNoneIsRefused) {
       {"other=" + folder_.Write("good", path).string(), 2, "no such name"},
       {"good", 2, "NAME=PATH"}};
   for (const auto& [text, code, message] : cases) {
-    const Result run = Main(With({"--in-list", text}));
-    EXPECT_EQ(run.code, code) << message;
-    EXPECT_THAT(run.err, testing::HasSubstr(message));
-    ExpectNothingWritten();
+    ExpectFailure(With({"--in-list", text}), code, message);
   }
 }
 
@@ -549,14 +493,11 @@ TEST_F(StageMainTest, AListOfInputsIsNotOverwritten) {
 TEST_F(StageMainTest, AnAbsentInputIsNotMadeUp) {
   spec_.inputs = {{"in", "a file"}, {"extra", "a file", Arity::kOptional}};
   for (const char* name : {"extra", "unheard_of"}) {
-    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
-      CopyBody(options, context);
-      EXPECT_THROW(context.Input(name), std::logic_error);
-      context.Input(name);
-    });
-    EXPECT_EQ(run.code, 1);
-    EXPECT_THAT(run.err, testing::HasSubstr("input '" + std::string(name) + "' is used but"));
-    ExpectNothingWritten();
+    const std::string message = "input '" + std::string(name) + "' is used but";
+    ExpectFailure(Ports(), 1, message, CopyAnd([&](StageContext& context) {
+                    EXPECT_THROW(context.Input(name), std::logic_error);
+                    context.Input(name);
+                  }));
   }
 }
 
@@ -565,10 +506,9 @@ TEST_F(StageMainTest, AnInputOfAnyNumberMayBeMissingOrRepeated) {
   std::vector<std::string> arguments = Ports();
   for (const std::size_t count : {0U, 1U, 2U}) {
     std::size_t num_seen = 99;
-    const Result run = Main(arguments, [&](const Options& options, StageContext& context) {
-      num_seen = context.Inputs("extra").size();
-      CopyBody(options, context);
-    });
+    const Result run =
+        Main(arguments,
+             CopyAnd([&](StageContext& context) { num_seen = context.Inputs("extra").size(); }));
     EXPECT_EQ(run.code, 0) << run.err;
     EXPECT_EQ(num_seen, count);
     arguments.insert(arguments.end(), {"--in", "extra=" + (folder_ / "in.txt").string()});
@@ -576,28 +516,22 @@ TEST_F(StageMainTest, AnInputOfAnyNumberMayBeMissingOrRepeated) {
 }
 
 TEST_F(StageMainTest, TooManySkippedItemsFail) {
-  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    context.CheckSkipped(2, 0.4);
-  });
-  EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, testing::HasSubstr("1 of 2"));
-  ExpectNothingWritten();
+  const auto check = [](StageContext& context) { context.CheckSkipped(2, 0.4); };
+  ExpectFailure(Ports(), 1, "1 of 2", CopyAnd(check));
 }
 
 TEST_F(StageMainTest, SkippedItemsAreFoldedByCauseInTheLogAndListedInTheReport) {
-  const Body body = [](const Options& options, StageContext& context) {
-    CopyBody(options, context);
+  const Body body = CopyAnd([](StageContext& context) {
     for (int i = 0; i < 120; ++i) context.Skip(fmt::format("rgb/{}.png: truncated", i));
     context.CheckSkipped(1000, 0.2);
-  };
+  });
   const Result run = Main(Ports(), body);
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, testing::HasSubstr("skipped: rgb/0.png: truncated"));
   EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("rgb/1.png")));
   EXPECT_THAT(run.err,
               testing::HasSubstr("120 items skipped: truncated; the first is rgb/0.png\n"));
-  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  const auto report = Json("report");
   EXPECT_EQ(report["num_skipped"], 121);
   EXPECT_EQ(report["skipped"].size(), 121U);
   EXPECT_EQ(report["skipped"][120], "rgb/119.png: truncated");
@@ -606,21 +540,19 @@ TEST_F(StageMainTest, SkippedItemsAreFoldedByCauseInTheLogAndListedInTheReport) 
 }
 
 TEST_F(StageMainTest, AReportThatTheStageMakesAnewStillListsWhatWasSkipped) {
-  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    context.Report() = {{"num_things", 7}};
-  });
+  const auto report_anew = [](StageContext& context) { context.Report() = {{"num_things", 7}}; };
+  const Result run = Main(Ports(), CopyAnd(report_anew));
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  const auto report = Json("report");
   EXPECT_EQ(report["num_things"], 7);
   EXPECT_EQ(report["skipped"][0], "one bad item");
 }
 
 TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
-  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
-    CopyBody(options, context);
-    for (char c = 'a'; c < 'z'; ++c) context.Skip(fmt::format("x.png: cause {}", c));
-  });
+  const Result run = Main(Ports(), CopyAnd([](StageContext& context) {
+                            for (char c = 'a'; c < 'z'; ++c)
+                              context.Skip(fmt::format("x.png: cause {}", c));
+                          }));
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, testing::HasSubstr("cause a"));
   EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("cause y")));

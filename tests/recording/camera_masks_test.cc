@@ -24,9 +24,10 @@ class CameraMasksTest : public testing::Test {
   void Write(const Image<std::uint8_t>& picture) { WritePng(File(), picture); }
   std::filesystem::path File() const { return folder_ / "office/masks/low.png"; }
   void Expect(const std::string& why) {
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadCameraMasks(folder_.Path(), &site_), why);
-    NIGHTMAP_EXPECT_ERROR(
-        DataError, ReadCameraMasks(folder_.Path(), &site_), "s.toml:11: mask = \"masks/low.png\"");
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          ReadCameraMasks(folder_.Path(), &site_),
+                          why,
+                          "s.toml:11: mask = \"masks/low.png\"");
   }
 
   TemporaryFolder folder_;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/common_time.h"
 
-#include <gtest/gtest.h>
-
 #include "tests/test_data.h"
 
 namespace nightmap {

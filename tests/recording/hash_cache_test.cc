@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/hash_cache.h"
 
-#include <gtest/gtest.h>
-
 #include <thread>
 
 #include "pipeline/base/error.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that lead elsewhere, never end, or cannot be named.
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include "pipeline/base/error.h"
@@ -69,9 +68,10 @@ TEST_F(HostileRecordingTest, ALinkMayNotLeadOut) {
     const fs::path kept = folder_ / "kept";
     fs::rename(Recording() / name, kept);
     Link(folder_ / target, name);
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "data/site/rec/" + name + ": is a link to");
-    NIGHTMAP_EXPECT_ERROR(
-        DataError, Read(), "add allow_outside = [\"" + name + "\"] to site.toml:7");
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          Read(),
+                          "data/site/rec/" + name + ": is a link to",
+                          "add allow_outside = [\"" + name + "\"] to site.toml:7");
     config_.allow_outside = {name};
     EXPECT_EQ(Read().frames.size(), 3u);
     config_.allow_outside = {"other", name + "2"};

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/read_sequence.h"
 
-#include <gtest/gtest.h>
-
 #include <opencv2/videoio.hpp>
 
 #include "pipeline/base/error.h"
@@ -189,8 +187,7 @@ TEST_F(ReadSequenceTest, ListsAreNotSortedByTimesThatNamesContradict) {
   WriteTum(2);
   const auto expect = [&](const std::string& lines, const std::string& why) {
     folder_.Write("site/rgb.txt", lines);
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "times must increase, and this is 0.1");
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "times must increase, and this is 0.1", why);
   };
   expect("0.2 rgb/2.png\n0.1 rgb/1.png\n", "after 0.200000: sort the lines by time");
   expect("0.9 rgb/9.png\n0.1 rgb/10.png\n",
@@ -201,8 +198,7 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
   WriteTum(2);
   const auto expect = [&](const std::string& line, const std::string& why) {
     folder_.Write("site/rgb.txt", "# c\n0.1 rgb/0.png\n" + line + "\n");
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "rgb.txt:3: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "rgb.txt:3: ", why);
   };
   expect("1.1", "1 columns, expected 2");
   expect("1.1 rgb/1.png x", "3 columns");
@@ -264,8 +260,7 @@ TEST_F(ReadSequenceTest, BadAssociationsAreNamed) {
   const auto expect = [&](const std::string& line, const std::string& why) {
     folder_.Write("site/associations.txt",
                   "0.1 rgb/0.png 0.1 depth/0.png\n0.2 rgb/1.png 0.2 depth/1.png\n" + line + "\n");
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "associations.txt:3: ");
-    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "associations.txt:3: ", why);
   };
   expect("1.1 rgb/2.png", "2 columns, expected 4 (time file time file)");
   expect("1.1 rgb/2.png 1.1 depth/2.png x", "5 columns");

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/scan_angles.h"
 
-#include <gtest/gtest.h>
-
 #include <numbers>
 
 #include "pipeline/base/error.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
 #include "pipeline/base/error.h"
 #include "pipeline/recording/site_config.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/wheel_edges.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
