@@ -9,8 +9,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace files_test {
+namespace nightmap::files_test {
 
 namespace fs = std::filesystem;
 
@@ -165,5 +164,4 @@ TEST(Files, WhatIsNoPlainFileIsNotRead) {
   }
 }
 
-}  // namespace files_test
-}  // namespace nightmap
+}  // namespace nightmap::files_test

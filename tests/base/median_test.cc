@@ -4,8 +4,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace median_test {
+namespace nightmap::median_test {
 
 TEST(Median, HasAsManyValuesBelowAsAbove) {
   Random random(1, 2, 3);
@@ -23,5 +22,4 @@ TEST(Median, OfTwoIsTheUpperAndOfNoneZero) {
   EXPECT_EQ(Median(std::vector<int>{7}), 7);
 }
 
-}  // namespace median_test
-}  // namespace nightmap
+}  // namespace nightmap::median_test

@@ -6,8 +6,7 @@
 
 #include "pipeline/base/error.h"
 
-namespace nightmap {
-namespace options_test {
+namespace nightmap::options_test {
 
 struct Tree {
   int depth = 2;
@@ -119,5 +118,4 @@ TEST(Options, HelpNamesEveryOptionWithDefaultAndRange) {
   EXPECT_THAT(help, testing::HasSubstr("kind     a choice [default \"sift\"; one of sift, orb]"));
 }
 
-}  // namespace options_test
-}  // namespace nightmap
+}  // namespace nightmap::options_test

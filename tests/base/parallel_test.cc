@@ -16,8 +16,7 @@
 #include "pipeline/base/union_find.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace parallel_test {
+namespace nightmap::parallel_test {
 
 TEST(ParallelFor, VisitsEveryItemOnce) {
   for (const int num_threads : {1, 2, 7, 100}) {
@@ -175,5 +174,4 @@ TEST(UnionFind, AgreesWithRelabeling) {
   }
 }
 
-}  // namespace parallel_test
-}  // namespace nightmap
+}  // namespace nightmap::parallel_test

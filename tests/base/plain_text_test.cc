@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace plain_text_test {
+namespace nightmap::plain_text_test {
 
 TEST(AsText, LeavesTextAsItIs) {
   for (const char* text : {"a/b 1.png", "Küche,\"2\".jpg", "écran\u202f12.png", "日本.png", ""}) {
@@ -37,5 +36,4 @@ TEST(AsLines, KeepsLineBreaksAndNoOtherControl) {
   EXPECT_EQ(AsLines("Küche\n\x1b[31m\a"), "Küche\n\\x1b[31m\\x07");
 }
 
-}  // namespace plain_text_test
-}  // namespace nightmap
+}  // namespace nightmap::plain_text_test

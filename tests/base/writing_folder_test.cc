@@ -9,8 +9,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace writing_folder_test {
+namespace nightmap::writing_folder_test {
 
 namespace fs = std::filesystem;
 
@@ -93,5 +92,4 @@ TEST(WritingFolder, FoldersOfOtherHostsAndOtherFilesAreLeftAlone) {
   EXPECT_FALSE(fs::exists(folder / (ours + ".fedcba")));
 }
 
-}  // namespace writing_folder_test
-}  // namespace nightmap
+}  // namespace nightmap::writing_folder_test

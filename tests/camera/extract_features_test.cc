@@ -10,8 +10,7 @@
 #include "pipeline/camera/descriptor_distance.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace extract_features_test {
+namespace nightmap::extract_features_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -236,5 +235,4 @@ TEST(ExtractFeatures, DistortionIsTakenOutOfTheKeypointsOnly) {
   }
 }
 
-}  // namespace extract_features_test
-}  // namespace nightmap
+}  // namespace nightmap::extract_features_test

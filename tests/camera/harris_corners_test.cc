@@ -11,8 +11,7 @@
 #include "pipeline/camera/extract_features.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace harris_corners_test {
+namespace nightmap::harris_corners_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 const Eigen::Vector2d kCentre(160.3, 119.6);
@@ -137,5 +136,4 @@ TEST(HarrisCorners, SaturatedAndTinyPicturesHaveNone) {
   EXPECT_TRUE(FindHarrisCorners({}, {}).empty());
 }
 
-}  // namespace harris_corners_test
-}  // namespace nightmap
+}  // namespace nightmap::harris_corners_test

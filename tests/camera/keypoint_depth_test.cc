@@ -6,8 +6,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace keypoint_depth_test {
+namespace nightmap::keypoint_depth_test {
 
 // Depth at a pixel of the image as taken, looked up in a window of 5 x 5 pixels.
 float DepthAt(const std::function<float(int, int)>& depth_m,
@@ -60,5 +59,4 @@ TEST(LookUpDepth, TheCentreOfARingCounts) {
                   (2.0F + 16 * 2.02F) / 17);
 }
 
-}  // namespace keypoint_depth_test
-}  // namespace nightmap
+}  // namespace nightmap::keypoint_depth_test

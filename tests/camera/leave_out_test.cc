@@ -6,8 +6,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace leave_out_test {
+namespace nightmap::leave_out_test {
 
 // The scene's frames, of which the first has a mask of the left half of its picture.
 class LeaveOutTest : public testing::Test {
@@ -70,5 +69,4 @@ TEST_F(LeaveOutTest, AListOfOtherFramesIsRefused) {
                InputError);
 }
 
-}  // namespace leave_out_test
-}  // namespace nightmap
+}  // namespace nightmap::leave_out_test

@@ -7,8 +7,7 @@
 
 #include "tests/landmark_scene.h"
 
-namespace nightmap {
-namespace match_descriptors_test {
+namespace nightmap::match_descriptors_test {
 
 FrameFeatures Describe(const std::vector<std::vector<std::uint8_t>>& descriptors) {
   FrameFeatures features;
@@ -122,5 +121,4 @@ TEST(MatchDescriptors, NothingMatchesNothing) {
   EXPECT_TRUE(MatchDescriptors(none, none, DescriptorKind::kRootSift, 0.8).empty());
 }
 
-}  // namespace match_descriptors_test
-}  // namespace nightmap
+}  // namespace nightmap::match_descriptors_test

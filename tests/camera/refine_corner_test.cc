@@ -7,8 +7,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace refine_corner_test {
+namespace nightmap::refine_corner_test {
 
 constexpr int kSize_px = 40;
 
@@ -65,5 +64,4 @@ TEST(RefineCorner, NothingBeyondTheLongestWayAndAtTheBorder) {
   EXPECT_FALSE(RefineCorner(border.View(), {NAN, 20}, 4, 3));
 }
 
-}  // namespace refine_corner_test
-}  // namespace nightmap
+}  // namespace nightmap::refine_corner_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "tests/landmark_scene.h"
 
-namespace nightmap {
-namespace static_motion_test {
+namespace nightmap::static_motion_test {
 
 const Camera kCamera{640, 480, 500, 500, 320, 240};
 
@@ -118,5 +117,4 @@ TEST(SurfaceAreas, OfPixelsOutsideThePictureAreThoseOfItsBorder) {
   EXPECT_NEAR(areas_m2[2], cell_m * cell_m, 1e-12);
 }
 
-}  // namespace static_motion_test
-}  // namespace nightmap
+}  // namespace nightmap::static_motion_test

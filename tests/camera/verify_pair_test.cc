@@ -6,8 +6,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace verify_pair_test {
+namespace nightmap::verify_pair_test {
 
 VerifyOptions TestVerifyOptions() {
   VerifyOptions options;
@@ -121,5 +120,4 @@ TEST(VerifyPair, CovarianceTellsTheError) {
   EXPECT_LT(sum / kNumTrials, 15);
 }
 
-}  // namespace verify_pair_test
-}  // namespace nightmap
+}  // namespace nightmap::verify_pair_test

@@ -8,8 +8,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace vocabulary_io_test {
+namespace nightmap::vocabulary_io_test {
 
 class VocabularyIoTest : public testing::Test {
  protected:
@@ -88,5 +87,4 @@ TEST_F(VocabularyIoTest, RefusesOffsetsThatDoNotAddUp) {
   ExpectRefused("frames/word_offsets");
 }
 
-}  // namespace vocabulary_io_test
-}  // namespace nightmap
+}  // namespace nightmap::vocabulary_io_test

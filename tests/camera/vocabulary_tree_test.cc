@@ -9,8 +9,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace vocabulary_tree_test {
+namespace nightmap::vocabulary_tree_test {
 
 std::vector<std::uint8_t> RandomDescriptors(DescriptorKind kind, int count, std::uint64_t seed) {
   Random random(seed);
@@ -254,5 +253,4 @@ TEST(InvertedFileTest, BreaksTiesByFrameAndHonoursLimits) {
   EXPECT_TRUE(InvertedFile().Query({1}, 10).empty());
 }
 
-}  // namespace vocabulary_tree_test
-}  // namespace nightmap
+}  // namespace nightmap::vocabulary_tree_test

@@ -6,8 +6,7 @@
 #include "tests/io/hdf5_damage.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_map_io_test {
+namespace nightmap::ceiling_map_io_test {
 
 CeilingMap MakeMap() {
   CeilingMap map;
@@ -124,5 +123,4 @@ TEST(CeilingMapIo, PlyHasTheLargestDeviation) {
               testing::HasSubstr("1.0000 2.0000 2.5000 0 96 255 0.2000\n"));
 }
 
-}  // namespace ceiling_map_io_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_map_io_test

@@ -7,8 +7,7 @@
 #include "tests/io/artifact_damage.h"
 #include "tests/io/hdf5_damage.h"
 
-namespace nightmap {
-namespace corner_tracks_io_test {
+namespace nightmap::corner_tracks_io_test {
 
 constexpr char kFormat[] = "nightmap corner tracks";
 const auto kRead = [](const std::filesystem::path& path) { return ReadCornerTracks(path); };
@@ -162,5 +161,4 @@ TEST_F(CornerTracksIoTest, AFileOfAnotherProgramIsRead) {
   EXPECT_EQ(tracks.descriptors.at(0).orb[31], 9);
 }
 
-}  // namespace corner_tracks_io_test
-}  // namespace nightmap
+}  // namespace nightmap::corner_tracks_io_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/input_error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace join_tracks_test {
+namespace nightmap::join_tracks_test {
 
 CornerSighting At(std::int64_t track_id, float x) { return {track_id, {x, 10}, {x, 10}}; }
 
@@ -48,5 +47,4 @@ TEST(JoinTracks, RefusesShardsThatDoNotFollow) {
   EXPECT_THROW(JoinTracks({first, second}, 1), InputError);
 }
 
-}  // namespace join_tracks_test
-}  // namespace nightmap
+}  // namespace nightmap::join_tracks_test

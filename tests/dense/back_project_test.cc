@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 
-namespace nightmap {
-namespace back_project_test {
+namespace nightmap::back_project_test {
 
 RgbdCamera TestCamera() {
   RgbdCamera camera;
@@ -119,5 +118,4 @@ TEST(SelectKeyframes, MatchesByTimeAndLeavesOutFramesWithoutDepth) {
   EXPECT_THROW(SelectKeyframes(frames, {}, PosesAt({0}), 1), DataError);
 }
 
-}  // namespace back_project_test
-}  // namespace nightmap
+}  // namespace nightmap::back_project_test

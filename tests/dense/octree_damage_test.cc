@@ -8,8 +8,7 @@
 #include "tests/dense/octree_hash.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace octree_damage_test {
+namespace nightmap::octree_damage_test {
 
 // Rooms far from each other, so that high up there are nodes whose loss is a leaf of kilometres.
 OccupancyTree SomeTree(std::uint64_t seed) {
@@ -110,5 +109,4 @@ TEST_F(DamagedOctree, OfAnotherProgramLacksNodesBehindItsTail) {
   }
 }
 
-}  // namespace octree_damage_test
-}  // namespace nightmap
+}  // namespace nightmap::octree_damage_test

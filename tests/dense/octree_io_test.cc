@@ -20,8 +20,7 @@
 #include "tests/dense/octree_hash.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace octree_io_test {
+namespace nightmap::octree_io_test {
 
 class OctreeIoTest : public testing::Test {
  protected:
@@ -412,5 +411,4 @@ TEST_F(OctreeIoTest, LeavesThatDoNotFitAreRefused) {
   EXPECT_THROW(WriteBinaryOctree(bt_, tree), DataError);
 }
 
-}  // namespace octree_io_test
-}  // namespace nightmap
+}  // namespace nightmap::octree_io_test

@@ -11,8 +11,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ply_io_test {
+namespace nightmap::ply_io_test {
 
 class PlyIoTest : public testing::Test {
  protected:
@@ -116,5 +115,4 @@ TEST_F(PlyIoTest, HugeCountIsRefusedWithoutAllocation) {
   ExpectError("999999999999 points need");
 }
 
-}  // namespace ply_io_test
-}  // namespace nightmap
+}  // namespace nightmap::ply_io_test

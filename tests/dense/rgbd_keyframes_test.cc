@@ -7,8 +7,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace rgbd_keyframes_test {
+namespace nightmap::rgbd_keyframes_test {
 
 constexpr int kNumKeyframes = 40;
 
@@ -65,5 +64,4 @@ TEST(FuseKeyframes, AFailureIsOfItsKeyframeAlone) {
   EXPECT_EQ(by_four.skipped, fused.skipped);
 }
 
-}  // namespace rgbd_keyframes_test
-}  // namespace nightmap
+}  // namespace nightmap::rgbd_keyframes_test

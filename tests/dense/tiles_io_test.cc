@@ -9,8 +9,7 @@
 #include "pipeline/dense/tile_results.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace tiles_io_test {
+namespace nightmap::tiles_io_test {
 
 class TilesIoTest : public testing::Test {
  protected:
@@ -196,5 +195,4 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
   for (const auto& name : go) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
 }
 
-}  // namespace tiles_io_test
-}  // namespace nightmap
+}  // namespace nightmap::tiles_io_test

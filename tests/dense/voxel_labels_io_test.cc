@@ -7,8 +7,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace voxel_labels_io_test {
+namespace nightmap::voxel_labels_io_test {
 
 VoxelLabels SomeVoxels() {
   VoxelLabels voxels;
@@ -83,5 +82,4 @@ TEST(VoxelLabelsIo, RefusesWhatDoesNotFit) {
          "vote_weight");
 }
 
-}  // namespace voxel_labels_io_test
-}  // namespace nightmap
+}  // namespace nightmap::voxel_labels_io_test

@@ -5,8 +5,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace absolute_pose_test {
+namespace nightmap::absolute_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -160,5 +159,4 @@ TEST(AbsolutePose, CovarianceShrinksWithMoreMatches) {
   EXPECT_FALSE(PoseCovariance(kCamera, {few[0]}, truth, {}).has_value());
 }
 
-}  // namespace absolute_pose_test
-}  // namespace nightmap
+}  // namespace nightmap::absolute_pose_test

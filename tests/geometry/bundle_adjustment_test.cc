@@ -9,8 +9,7 @@
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace bundle_adjustment_test {
+namespace nightmap::bundle_adjustment_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -348,5 +347,4 @@ TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
             1e-6);
 }
 
-}  // namespace bundle_adjustment_test
-}  // namespace nightmap
+}  // namespace nightmap::bundle_adjustment_test

@@ -6,8 +6,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace camera_test {
+namespace nightmap::camera_test {
 
 // The Kinect of TUM's freiburg1 sequences: strong distortion, k3 included.
 Camera Freiburg1() {
@@ -124,5 +123,4 @@ TEST(Camera, AnotherFocalLengthKeepsTheUndistortedImage) {
   }
 }
 
-}  // namespace camera_test
-}  // namespace nightmap
+}  // namespace nightmap::camera_test

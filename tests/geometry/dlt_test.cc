@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace dlt_test {
+namespace nightmap::dlt_test {
 
 struct Views {
   Rigid3 camera_from_world;
@@ -75,5 +74,4 @@ TEST(Dlt, RefusesTooFewPoints) {
   EXPECT_THROW(SolveDlt(six.rays, five.points), std::invalid_argument);
 }
 
-}  // namespace dlt_test
-}  // namespace nightmap
+}  // namespace nightmap::dlt_test

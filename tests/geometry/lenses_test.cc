@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/camera.h"
 
-namespace nightmap {
-namespace lenses_test {
+namespace nightmap::lenses_test {
 
 // A lens of about 130 deg from corner to corner.
 Camera Fisheye() {
@@ -223,5 +222,4 @@ TEST(Lenses, CoefficientsOfAnotherModelAreFarFromALens) {
   EXPECT_GT(LargestDistortion(pinholes), 0.5);
 }
 
-}  // namespace lenses_test
-}  // namespace nightmap
+}  // namespace nightmap::lenses_test

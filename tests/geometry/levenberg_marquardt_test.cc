@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace levenberg_marquardt_test {
+namespace nightmap::levenberg_marquardt_test {
 
 using Equations2 = NormalEquations<2>;
 using Vector2 = Equations2::Vector;
@@ -81,5 +80,4 @@ TEST(NormalEquations, APriorHoldsWhatTheResidualsDoNotTell) {
   EXPECT_EQ(equations.cost, 16);
 }
 
-}  // namespace levenberg_marquardt_test
-}  // namespace nightmap
+}  // namespace nightmap::levenberg_marquardt_test

@@ -5,8 +5,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace reprojection_test {
+namespace nightmap::reprojection_test {
 
 const Camera kCamera{640, 480, 525, 520, 319.5, 239.5};
 
@@ -123,5 +122,4 @@ TEST(Reprojection, WhatIsBehindOrTooNearIsNotVisible) {
             std::numeric_limits<double>::infinity());
 }
 
-}  // namespace reprojection_test
-}  // namespace nightmap
+}  // namespace nightmap::reprojection_test

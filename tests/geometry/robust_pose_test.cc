@@ -7,8 +7,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/absolute_pose.h"
 
-namespace nightmap {
-namespace robust_pose_test {
+namespace nightmap::robust_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -172,5 +171,4 @@ TEST(RobustPose, DltNeedsManyIterationsForSevenOfTenWrong) {
   EXPECT_EQ(NumSolved(MinimalSolver::kDlt6, 70, 20000), 5);
 }
 
-}  // namespace robust_pose_test
-}  // namespace nightmap
+}  // namespace nightmap::robust_pose_test

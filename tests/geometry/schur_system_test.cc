@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace schur_system_test {
+namespace nightmap::schur_system_test {
 
 constexpr int kNumPoses = 9;
 constexpr int kNumPoints = 60;
@@ -172,5 +171,4 @@ TEST(SchurSystem, NothingWhenANumberIsNone) {
   EXPECT_FALSE(system.Solve(made.observations, made.priors, kTrust));
 }
 
-}  // namespace schur_system_test
-}  // namespace nightmap
+}  // namespace nightmap::schur_system_test

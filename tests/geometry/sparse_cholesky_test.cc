@@ -9,8 +9,7 @@
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace sparse_cholesky_test {
+namespace nightmap::sparse_cholesky_test {
 
 constexpr int kSize = 200;
 
@@ -70,5 +69,4 @@ TEST(SparseCholesky, MoreEntriesThanAnIndexCountsAreAnError) {
   NIGHTMAP_EXPECT_ERROR(DataError, SparseIndex(kMax + 1), "2147483648 entries is too large");
 }
 
-}  // namespace sparse_cholesky_test
-}  // namespace nightmap
+}  // namespace nightmap::sparse_cholesky_test

@@ -8,8 +8,7 @@
 #include "tests/io/artifact_damage.h"
 #include "tests/io/hdf5_damage.h"
 
-namespace nightmap {
-namespace closed_graph_io_test {
+namespace nightmap::closed_graph_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadClosedGraph(path); };
 
@@ -185,5 +184,4 @@ TEST(ClosedGraphIo, SizesKindsAndSensorsThatCannotBeAreNamed) {
   refuse("", "edge_sensor' names no sensor", 0, 1);
 }
 
-}  // namespace closed_graph_io_test
-}  // namespace nightmap
+}  // namespace nightmap::closed_graph_io_test

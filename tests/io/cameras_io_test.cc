@@ -3,8 +3,7 @@
 #include "tests/io/some_frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace cameras_io_test {
+namespace nightmap::cameras_io_test {
 
 RgbdCamera FisheyeCamera() {
   RgbdCamera camera = SomeCamera();
@@ -147,5 +146,4 @@ TEST(ReduceToWorkingSize, KeepsTheLensAndRemembersThePicture) {
   EXPECT_EQ(line.color.height, 1);
 }
 
-}  // namespace cameras_io_test
-}  // namespace nightmap
+}  // namespace nightmap::cameras_io_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace colmap_io_test {
+namespace nightmap::colmap_io_test {
 
 // Two cameras, one distorted; two images that see three points, the first image one alone.
 ColmapModel MakeModel() {
@@ -269,5 +268,4 @@ TEST_F(ColmapDatabaseTest, SaysWhereItCannotWrite) {
                         "missing/database.db");
 }
 
-}  // namespace colmap_io_test
-}  // namespace nightmap
+}  // namespace nightmap::colmap_io_test

@@ -15,8 +15,7 @@
 #include "pipeline/plan/path_io.h"
 #include "tests/io/artifact_damage.h"
 
-namespace nightmap {
-namespace corrupt_artifacts_test {
+namespace nightmap::corrupt_artifacts_test {
 
 using Path = std::filesystem::path;
 
@@ -190,5 +189,4 @@ TEST_F(CorruptArtifactsTest, DeeplyNestedJson) {
   }
 }
 
-}  // namespace corrupt_artifacts_test
-}  // namespace nightmap
+}  // namespace nightmap::corrupt_artifacts_test

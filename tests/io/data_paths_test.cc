@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace data_paths_test {
+namespace nightmap::data_paths_test {
 
 TEST(WithoutDataRoot, IsDoneWhereverThePathStands) {
   EXPECT_EQ(
@@ -14,5 +13,4 @@ TEST(WithoutDataRoot, IsDoneWhereverThePathStands) {
   EXPECT_EQ(WithoutDataRoot("olddata/b.png: bad", "data", "a.png"), "olddata/b.png: bad");
 }
 
-}  // namespace data_paths_test
-}  // namespace nightmap
+}  // namespace nightmap::data_paths_test

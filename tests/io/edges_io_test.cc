@@ -8,8 +8,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace edges_io_test {
+namespace nightmap::edges_io_test {
 
 SensorEdge RandomEdge(EdgeKind kind, std::int64_t source_ns, std::int64_t target_ns) {
   Random random(1, static_cast<std::uint64_t>(source_ns));
@@ -149,5 +148,4 @@ TEST_F(EdgesIoTest, NodesThatCannotBeAreRefused) {
   ExpectRefused([](Edges& edges) { edges[4].target_time_ns = 400; }, not_ascending);
 }
 
-}  // namespace edges_io_test
-}  // namespace nightmap
+}  // namespace nightmap::edges_io_test

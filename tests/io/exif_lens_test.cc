@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace nightmap {
-namespace exif_lens_test {
+namespace nightmap::exif_lens_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -63,5 +62,4 @@ TEST(ExifLens, WhatIsNoPositiveNumberIsNotKnown) {
   }
 }
 
-}  // namespace exif_lens_test
-}  // namespace nightmap
+}  // namespace nightmap::exif_lens_test

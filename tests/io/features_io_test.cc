@@ -7,8 +7,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace features_io_test {
+namespace nightmap::features_io_test {
 
 FrameFeatures MakeFrame(int frame_idx, int count, int size) {
   FrameFeatures frame;
@@ -206,5 +205,4 @@ TEST_F(FeaturesIo, MissingArraysAndIndicesOutOfRangeAreNamed) {
   }
 }
 
-}  // namespace features_io_test
-}  // namespace nightmap
+}  // namespace nightmap::features_io_test

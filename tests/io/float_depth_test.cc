@@ -10,8 +10,7 @@
 #include "pipeline/io/frames_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace float_depth_test {
+namespace nightmap::float_depth_test {
 
 constexpr int kWidth = 40;
 constexpr int kHeight = 30;
@@ -152,5 +151,4 @@ TEST_F(FloatDepthTest, ADamagedFileIsReadOrRefused) {
   EXPECT_GE(num_refused, 20);
 }
 
-}  // namespace float_depth_test
-}  // namespace nightmap
+}  // namespace nightmap::float_depth_test

@@ -11,8 +11,7 @@
 #include "pipeline/base/memory.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frame_failure_test {
+namespace nightmap::frame_failure_test {
 
 TEST(FrameFailure, IsEmptyWhenTheWorkIsDone) {
   bool is_done = false;
@@ -66,5 +65,4 @@ TEST(FrameFailure, ADefectOfTheProgramPasses) {
   EXPECT_THROW((void)defect(), std::logic_error);
 }
 
-}  // namespace frame_failure_test
-}  // namespace nightmap
+}  // namespace nightmap::frame_failure_test

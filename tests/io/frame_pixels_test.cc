@@ -3,8 +3,7 @@
 #include "tests/io/some_frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frame_pixels_test {
+namespace nightmap::frame_pixels_test {
 
 template <typename T>
 Image<T> Constant(T value, int width = 40, int height = 30, int num_channels = 1) {
@@ -239,5 +238,4 @@ TEST_F(FramePixels, ARealFrameLoadsAtFullSize) {
   EXPECT_GT(num_measured, 640 * 480 / 2);
 }
 
-}  // namespace frame_pixels_test
-}  // namespace nightmap
+}  // namespace nightmap::frame_pixels_test

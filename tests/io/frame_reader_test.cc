@@ -11,8 +11,7 @@
 #include "pipeline/io/masks_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frame_reader_test {
+namespace nightmap::frame_reader_test {
 
 constexpr int kWidth = 40, kHeight = 30;
 
@@ -206,5 +205,4 @@ TEST_F(FrameReaderTest, ADamagedFileOfMasksIsNoFailureOfAPicture) {
   }
 }
 
-}  // namespace frame_reader_test
-}  // namespace nightmap
+}  // namespace nightmap::frame_reader_test

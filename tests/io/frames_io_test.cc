@@ -5,8 +5,7 @@
 #include "tests/io/some_frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frames_io_test {
+namespace nightmap::frames_io_test {
 
 class FramesCsv : public InFolder {};
 
@@ -102,5 +101,4 @@ TEST_F(FramesCsv, TruncationIsRefusedAtEveryLengthWithinALine) {
   }
 }
 
-}  // namespace frames_io_test
-}  // namespace nightmap
+}  // namespace nightmap::frames_io_test

@@ -5,8 +5,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace g2o_io_test {
+namespace nightmap::g2o_io_test {
 
 const Rigid3 kPose{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3}};
 
@@ -38,5 +37,4 @@ TEST(G2oIo, RefusesBadLines) {
   }
 }
 
-}  // namespace g2o_io_test
-}  // namespace nightmap
+}  // namespace nightmap::g2o_io_test

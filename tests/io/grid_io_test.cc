@@ -5,8 +5,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace grid_io_test {
+namespace nightmap::grid_io_test {
 
 class GridIoTest : public testing::Test {
  protected:
@@ -211,5 +210,4 @@ TEST_F(GridIoTest, RefusesBadImage) {
   ExpectError(kYaml, "P2\n2 1\n0\n0 0", "largest value");
 }
 
-}  // namespace grid_io_test
-}  // namespace nightmap
+}  // namespace nightmap::grid_io_test

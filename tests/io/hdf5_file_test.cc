@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hdf5_file_test {
+namespace nightmap::hdf5_file_test {
 
 class Hdf5FileTest : public testing::Test {
  protected:
@@ -116,5 +115,4 @@ TEST_F(Hdf5FileTest, WhatCannotBeWrittenIsNamed) {
       DataError, writer.WriteList<float>("list", {2}), "a.h5: cannot write array");
 }
 
-}  // namespace hdf5_file_test
-}  // namespace nightmap
+}  // namespace nightmap::hdf5_file_test

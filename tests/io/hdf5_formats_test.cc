@@ -15,8 +15,7 @@
 #include "tests/io/artifact_damage.h"
 #include "tests/io/hdf5_damage.h"
 
-namespace nightmap {
-namespace hdf5_formats_test {
+namespace nightmap::hdf5_formats_test {
 
 using Path = std::filesystem::path;
 constexpr char kConfig[] = "size = 1\n";
@@ -215,5 +214,4 @@ INSTANTIATE_TEST_SUITE_P(Formats,
                            return name;
                          });
 
-}  // namespace hdf5_formats_test
-}  // namespace nightmap
+}  // namespace nightmap::hdf5_formats_test

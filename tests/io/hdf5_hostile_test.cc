@@ -9,8 +9,7 @@
 #include "pipeline/io/hdf5_handle.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hdf5_hostile_test {
+namespace nightmap::hdf5_hostile_test {
 
 class Hdf5HostileTest : public testing::Test {
  protected:
@@ -266,5 +265,4 @@ TEST_F(Hdf5HostileTest, AGroupOrATypeIsNoArray) {
   ExpectListRefused("is missing");
 }
 
-}  // namespace hdf5_hostile_test
-}  // namespace nightmap
+}  // namespace nightmap::hdf5_hostile_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hdf5_table_test {
+namespace nightmap::hdf5_table_test {
 
 enum class Kind : std::uint8_t { kPlain, kOther };
 
@@ -159,5 +158,4 @@ TEST_F(Hdf5TableTest, ListsThatDoNotCoverTheirItemsAreNamed) {
   refuse({0, 1, 2}, after);
 }
 
-}  // namespace hdf5_table_test
-}  // namespace nightmap
+}  // namespace nightmap::hdf5_table_test

@@ -11,8 +11,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace image_io_test {
+namespace nightmap::image_io_test {
 
 template <typename T>
 Image<T> RandomImage(int width, int height, int num_channels, std::uint64_t seed) {
@@ -246,5 +245,4 @@ TEST_F(ImageIo, VideoFramePathsAreTakenApart) {
   }
 }
 
-}  // namespace image_io_test
-}  // namespace nightmap
+}  // namespace nightmap::image_io_test

@@ -8,8 +8,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace labels_io_test {
+namespace nightmap::labels_io_test {
 
 constexpr int kVersion = 2;
 const auto kRead = [](const std::filesystem::path& path) {
@@ -150,5 +149,4 @@ TEST_F(LabelsIo, MissingArraysAreNamed) {
   }
 }
 
-}  // namespace labels_io_test
-}  // namespace nightmap
+}  // namespace nightmap::labels_io_test

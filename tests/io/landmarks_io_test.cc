@@ -7,8 +7,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace landmarks_io_test {
+namespace nightmap::landmarks_io_test {
 
 LandmarkMap MakeMap() {
   LandmarkMap map;
@@ -117,5 +116,4 @@ TEST_F(LandmarksIoTest, RefusesUnsortedVisibilityAndOtherSizes) {
   ExpectRefused("landmarks/position_sigma_m", [](auto& map) { map.position_sigmas_m.pop_back(); });
 }
 
-}  // namespace landmarks_io_test
-}  // namespace nightmap
+}  // namespace nightmap::landmarks_io_test

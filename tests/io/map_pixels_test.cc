@@ -9,8 +9,7 @@
 #include "pipeline/io/grid_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace map_pixels_test {
+namespace nightmap::map_pixels_test {
 
 // 4 x 1 pixels of two bits, indices 0 to 3 of the grays 0, 205, 254, 255; written by Pillow.
 constexpr std::string_view kPalettePng(
@@ -125,5 +124,4 @@ TEST_F(MapPixelsTest, ThresholdsThatTakeUnseenSpaceForFreeAreWarnedOf) {
   EXPECT_EQ(said(0.25, 0), "");
 }
 
-}  // namespace map_pixels_test
-}  // namespace nightmap
+}  // namespace nightmap::map_pixels_test

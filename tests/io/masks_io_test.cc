@@ -6,8 +6,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace masks_io_test {
+namespace nightmap::masks_io_test {
 
 // Squares of 3 pixels, masked with this probability.
 GrayImage RandomMask(int width, int height, double ratio, std::uint64_t seed) {
@@ -101,5 +100,4 @@ TEST(MasksIo, OffsetsThatDoNotAddUpAreRefused) {
   }
 }
 
-}  // namespace masks_io_test
-}  // namespace nightmap
+}  // namespace nightmap::masks_io_test

@@ -8,8 +8,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace matches_io_test {
+namespace nightmap::matches_io_test {
 
 FramePair RandomPair(int i) {
   Random random(1, static_cast<std::uint64_t>(i));
@@ -123,5 +122,4 @@ TEST_F(MatchesIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.b_from_a.values[13] = 0.5; }, "row 1 holds a quaternion");
 }
 
-}  // namespace matches_io_test
-}  // namespace nightmap
+}  // namespace nightmap::matches_io_test

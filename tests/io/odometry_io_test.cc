@@ -8,8 +8,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace odometry_io_test {
+namespace nightmap::odometry_io_test {
 
 Rigid3 RandomPose(Random& random) {
   const Eigen::Quaterniond q(
@@ -140,5 +139,4 @@ TEST_F(OdometryIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.edge_b_from_a.values[6] = 2; }, "row 0 holds a quaternion");
 }
 
-}  // namespace odometry_io_test
-}  // namespace nightmap
+}  // namespace nightmap::odometry_io_test

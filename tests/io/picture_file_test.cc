@@ -9,8 +9,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace picture_file_test {
+namespace nightmap::picture_file_test {
 
 constexpr int kWidth = 37;
 constexpr int kHeight = 23;
@@ -273,5 +272,4 @@ TEST(PictureFile, PgmIsReadAsByTheLibrary) {
   }
 }
 
-}  // namespace picture_file_test
-}  // namespace nightmap
+}  // namespace nightmap::picture_file_test

@@ -9,8 +9,7 @@
 #include "pipeline/io/image_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace picture_format_test {
+namespace nightmap::picture_format_test {
 
 using namespace std::string_literals;
 
@@ -140,5 +139,4 @@ TEST_F(PictureFormat, TheSizesOfAHeifFileAreCheckedBeforeItIsOpened) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(wide), "b.heic: header says 32769 x 1 pixels");
 }
 
-}  // namespace picture_format_test
-}  // namespace nightmap
+}  // namespace nightmap::picture_format_test

@@ -5,8 +5,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace queries_io_test {
+namespace nightmap::queries_io_test {
 
 constexpr char kHeader[] =
     "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,"
@@ -77,5 +76,4 @@ TEST_F(QueriesIoTest, RefusesTruncatedFilesAndOtherHeaders) {
       DataError, ReadQueries(folder_.Write("queries.csv", "query_idx\n0\n")), "queries.csv");
 }
 
-}  // namespace queries_io_test
-}  // namespace nightmap
+}  // namespace nightmap::queries_io_test

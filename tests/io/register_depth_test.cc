@@ -3,8 +3,7 @@
 #include "tests/io/some_frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace register_depth_test {
+namespace nightmap::register_depth_test {
 
 DepthImage Plane(const Camera& camera, float depth_m) {
   const auto num_pixels = static_cast<std::size_t>(camera.width * camera.height);
@@ -65,5 +64,4 @@ TEST(RegisterDepth, TheNearestOfSeveralWins) {
   }
 }
 
-}  // namespace register_depth_test
-}  // namespace nightmap
+}  // namespace nightmap::register_depth_test

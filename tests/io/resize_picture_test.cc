@@ -5,8 +5,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace resize_picture_test {
+namespace nightmap::resize_picture_test {
 
 const Camera kCamera{1000, 600, 810, 790, 480, 310, -0.2, 0.05, 0.001, -0.002, 0.01};
 
@@ -113,5 +112,4 @@ TEST(ResizePicture, AtLeastOnePixelStays) {
   EXPECT_EQ(small.color.pixels.size(), 3U);
 }
 
-}  // namespace resize_picture_test
-}  // namespace nightmap
+}  // namespace nightmap::resize_picture_test

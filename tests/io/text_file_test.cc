@@ -6,8 +6,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace text_file_test {
+namespace nightmap::text_file_test {
 
 using namespace std::string_literals;
 
@@ -40,5 +39,4 @@ TEST(ReadTextFile, IsWhatListsTrajectoriesAndTablesAreReadBy) {
   NIGHTMAP_EXPECT_ERROR(DataError, CsvFile(csv, "a,b"), "t.csv:2: holds 1 NUL bytes");
 }
 
-}  // namespace text_file_test
-}  // namespace nightmap
+}  // namespace nightmap::text_file_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace things_io_test {
+namespace nightmap::things_io_test {
 
 std::vector<Thing> TwoThings() {
   Thing sofa;
@@ -169,5 +168,4 @@ TEST_F(ThingsIoTest, NamesThatAreNoTextAreRefusedByName) {
   NIGHTMAP_EXPECT_ERROR(DataError, ThingsToJson(things), "sofa_1");
 }
 
-}  // namespace things_io_test
-}  // namespace nightmap
+}  // namespace nightmap::things_io_test

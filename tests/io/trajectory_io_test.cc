@@ -5,8 +5,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace trajectory_io_test {
+namespace nightmap::trajectory_io_test {
 
 TEST(Time, IsExactToTheNanosecond) {
   EXPECT_EQ(ParseTime_ns("1305031102.175304"), 1305031102175304000);
@@ -156,5 +155,4 @@ TEST_F(Tum, BadLinesAreNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(folder_ / "none.tum"), "none.tum");
 }
 
-}  // namespace trajectory_io_test
-}  // namespace nightmap
+}  // namespace nightmap::trajectory_io_test

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace unit_list_test {
+namespace nightmap::unit_list_test {
 
 TEST(NameList, HasTheCountAndANamePerLine) {
   EXPECT_EQ(NameListToText("shards", {"0000", "0001"}),
@@ -12,5 +11,4 @@ TEST(NameList, HasTheCountAndANamePerLine) {
   EXPECT_EQ(NameListToText("tiles", {}), "nightmap tiles, version 1, 0 names\n");
 }
 
-}  // namespace unit_list_test
-}  // namespace nightmap
+}  // namespace nightmap::unit_list_test

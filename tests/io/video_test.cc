@@ -7,8 +7,7 @@
 #include "pipeline/io/image_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace video_test {
+namespace nightmap::video_test {
 
 using namespace std::string_literals;
 
@@ -77,5 +76,4 @@ TEST(Video, TimesAreThoseOfTheContainer) {
   }
 }
 
-}  // namespace video_test
-}  // namespace nightmap
+}  // namespace nightmap::video_test

@@ -7,8 +7,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace yaml_map_test {
+namespace nightmap::yaml_map_test {
 
 class YamlMapTest : public testing::Test {
  protected:
@@ -118,5 +117,4 @@ TEST_F(YamlMapTest, BombsAreRefusedOrHarmless) {
                 " 1060005 bytes, a YAML file has at most 1048576");
 }
 
-}  // namespace yaml_map_test
-}  // namespace nightmap
+}  // namespace nightmap::yaml_map_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frame_labeller_test {
+namespace nightmap::frame_labeller_test {
 
 // Label pictures of another program, and what is wrong with some.
 TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
@@ -38,5 +37,4 @@ TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
   EXPECT_EQ(reduced(frame, images).labels.pixels, std::vector<std::uint8_t>(6, 1));
 }
 
-}  // namespace frame_labeller_test
-}  // namespace nightmap
+}  // namespace nightmap::frame_labeller_test

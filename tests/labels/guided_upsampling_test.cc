@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace guided_upsampling_test {
+namespace nightmap::guided_upsampling_test {
 
 constexpr int kWidth = 200;
 constexpr int kHeight = 120;
@@ -93,5 +92,4 @@ TEST(GuidedUpsampling, APictureSmallerThanThePlanesIsFilledToo) {
   EXPECT_GT(planes[0].At(7, 3), 0.9F);
 }
 
-}  // namespace guided_upsampling_test
-}  // namespace nightmap
+}  // namespace nightmap::guided_upsampling_test

@@ -5,8 +5,7 @@
 #include "tests/labels/fake_labels.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace kept_labels_test {
+namespace nightmap::kept_labels_test {
 
 std::vector<FrameRecord> SomeFrames() {
   std::vector<FrameRecord> frames = FramesToLabel(4);
@@ -143,5 +142,4 @@ TEST_F(KeptLabelsTest, LabelsThatTheSourcesDoNotMeanAreNotTaken) {
   EXPECT_EQ(num_new_, 2);
 }
 
-}  // namespace kept_labels_test
-}  // namespace nightmap
+}  // namespace nightmap::kept_labels_test

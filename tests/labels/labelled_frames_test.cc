@@ -8,8 +8,7 @@
 #include "tests/labels/fake_labels.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace labelled_frames_test {
+namespace nightmap::labelled_frames_test {
 
 const std::vector<FrameRecord> kFrames = FramesToLabel(12);
 
@@ -146,5 +145,4 @@ TEST(LabelledFrames, TheReportHasSharesOfClassesAndOfWhatMoves) {
   EXPECT_NEAR(report["moving_shares"][6], 0.6, 1e-12);
 }
 
-}  // namespace labelled_frames_test
-}  // namespace nightmap
+}  // namespace nightmap::labelled_frames_test

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace labelled_regions_test {
+namespace nightmap::labelled_regions_test {
 
 std::vector<std::int32_t> RegionsOfRow(const std::vector<std::uint8_t>& may_move,
                                        const std::vector<float>& depth_m) {
@@ -39,5 +38,4 @@ TEST(LabelledRegionsTest, ARingIsOneRegion) {
   EXPECT_EQ(FindLabelledRegions(ring, {3, 3, 1, std::vector<float>(9, 2)}).num, 1);
 }
 
-}  // namespace labelled_regions_test
-}  // namespace nightmap
+}  // namespace nightmap::labelled_regions_test

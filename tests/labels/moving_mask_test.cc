@@ -5,8 +5,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace moving_mask_test {
+namespace nightmap::moving_mask_test {
 
 constexpr int kWidth = 30, kHeight = 20;
 const LabelClasses kClasses{{"floor", "person", "chair"}, {0, 1, 0}};
@@ -49,5 +48,4 @@ TEST(MovingMask, LeavesOutWhatIsNotProbableEnough) {
   EXPECT_EQ(num_masked(255, 1), 1);
 }
 
-}  // namespace moving_mask_test
-}  // namespace nightmap
+}  // namespace nightmap::moving_mask_test

@@ -9,8 +9,7 @@
 #include "pipeline/labels/segmenter.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace real_network_test {
+namespace nightmap::real_network_test {
 
 constexpr const char* kNetwork = "../models/deeplabv3_voc/deeplabv3_257_mv.onnx";
 constexpr const char* kClasses = "../models/deeplabv3_voc/classes.txt";
@@ -99,5 +98,4 @@ TEST(RealNetwork, EachNumberOfConcurrentCallsGivesTheSameLabels) {
   }
 }
 
-}  // namespace real_network_test
-}  // namespace nightmap
+}  // namespace nightmap::real_network_test

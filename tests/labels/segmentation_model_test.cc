@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/labels/tiny_network.h"
 
-namespace nightmap {
-namespace segmentation_model_test {
+namespace nightmap::segmentation_model_test {
 
 using Color = std::array<std::uint8_t, 3>;
 
@@ -117,5 +116,4 @@ TEST(SegmentationModel, MissingFilesAreNamed) {
   EXPECT_EQ(ReadSegmentationModel(WriteTinyModel(folder)).network, folder / "tiny.onnx");
 }
 
-}  // namespace segmentation_model_test
-}  // namespace nightmap
+}  // namespace nightmap::segmentation_model_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "tests/labels/tiny_network.h"
 
-namespace nightmap {
-namespace segmenter_test {
+namespace nightmap::segmenter_test {
 
 ColorImage Uniform(int width, int height, const std::array<std::uint8_t, 3>& color) {
   ColorImage image{width, height, 3, {}};
@@ -127,5 +126,4 @@ TEST_F(SegmenterTest, AnOutputOfNoNumbersFailsTheFrame) {
       DataError, segmenter.Segment(Uniform(40, 30, {0, 0, 0}), {}), "NaN or infinity");
 }
 
-}  // namespace segmenter_test
-}  // namespace nightmap
+}  // namespace nightmap::segmenter_test

@@ -6,8 +6,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace field_pyramid_test {
+namespace nightmap::field_pyramid_test {
 
 constexpr int kNumLevels = 6;
 
@@ -98,5 +97,4 @@ TEST(FieldPyramid, DoesNotChangeWithTheField) {
   EXPECT_EQ(FieldPyramid(field, 2).At(1, 10, 10), 255);
 }
 
-}  // namespace field_pyramid_test
-}  // namespace nightmap
+}  // namespace nightmap::field_pyramid_test

@@ -6,8 +6,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace likelihood_field_test {
+namespace nightmap::likelihood_field_test {
 
 const LikelihoodFieldOptions kSmall{.resolution_m = 0.1, .half_extent_m = 2, .sigma_m = 0.2};
 
@@ -37,5 +36,4 @@ TEST(LikelihoodField, PointsOutsideAndTheirOrderDoNotMatter) {
   EXPECT_EQ(a.At(0, a.Size()), 0);
 }
 
-}  // namespace likelihood_field_test
-}  // namespace nightmap
+}  // namespace nightmap::likelihood_field_test

@@ -10,8 +10,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace match_scan_test {
+namespace nightmap::match_scan_test {
 
 const LikelihoodFieldOptions kField{.resolution_m = 0.05, .half_extent_m = 8, .sigma_m = 0.08};
 constexpr int kNumLevels = 4;
@@ -250,5 +249,4 @@ TEST(Rigid2, ComposesLikeRigid3) {
   EXPECT_NEAR(identity.heading_rad, 0, 1e-12);
 }
 
-}  // namespace match_scan_test
-}  // namespace nightmap
+}  // namespace nightmap::match_scan_test

@@ -10,8 +10,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_grid_test {
+namespace nightmap::scan_grid_test {
 
 constexpr int kNumBeams = 720;
 constexpr double kStep_rad = 2 * std::numbers::pi / kNumBeams;
@@ -197,5 +196,4 @@ TEST(ScanGrid, RefusesScansThatAreTooFarApart) {
   }
 }
 
-}  // namespace scan_grid_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_grid_test

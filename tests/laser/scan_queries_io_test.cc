@@ -9,8 +9,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_queries_io_test {
+namespace nightmap::scan_queries_io_test {
 
 std::vector<ScanQuery> Queries() {
   ScanQuery single{"kitchen, \"2\" ä", 5, {}, RoughPosition{{1.5, -2}, 5}};
@@ -135,5 +134,4 @@ TEST_F(ScanQueriesDamageTest, IsRefusedByTheNameOfTheArray) {
   });
 }
 
-}  // namespace scan_queries_io_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_queries_io_test

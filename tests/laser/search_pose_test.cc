@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace search_pose_test {
+namespace nightmap::search_pose_test {
 
 constexpr int kNumLevels = 4;
 constexpr double kCell_m = 0.05;
@@ -284,5 +283,4 @@ TEST(HeadingSteps, GoAroundOnce) {
   EXPECT_LT((steps.num_turns - 1) * steps.step_rad, std::numbers::pi);
 }
 
-}  // namespace search_pose_test
-}  // namespace nightmap
+}  // namespace nightmap::search_pose_test

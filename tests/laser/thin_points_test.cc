@@ -9,8 +9,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace thin_points_test {
+namespace nightmap::thin_points_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -76,5 +75,4 @@ TEST(SpreadPoints, OfManyAsManyAsAllowedAtEvenStepsInTheirOrder) {
   EXPECT_TRUE(SpreadPoints(points, 0).empty());
 }
 
-}  // namespace thin_points_test
-}  // namespace nightmap
+}  // namespace nightmap::thin_points_test

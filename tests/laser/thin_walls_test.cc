@@ -11,8 +11,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace thin_walls_test {
+namespace nightmap::thin_walls_test {
 
 constexpr int kSize = 60;
 
@@ -393,5 +392,4 @@ TEST(ThinWalls, SmallGrids) {
   }
 }
 
-}  // namespace thin_walls_test
-}  // namespace nightmap
+}  // namespace nightmap::thin_walls_test

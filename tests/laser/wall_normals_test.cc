@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace wall_normals_test {
+namespace nightmap::wall_normals_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 constexpr double kMaxRms_m = 0.03;
@@ -74,5 +73,4 @@ TEST(WallNormals, APointFarFromItsNeighboursIsOnTheirWall) {
   }
 }
 
-}  // namespace wall_normals_test
-}  // namespace nightmap
+}  // namespace nightmap::wall_normals_test

@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace cell_walk_test {
+namespace nightmap::cell_walk_test {
 
 using Cell = std::pair<int, int>;
 
@@ -75,5 +74,4 @@ TEST(CellWalk, ConsecutiveCellsShareAnEdgeFromTheFirstToTheLast) {
   EXPECT_EQ(Walk({2.5, 3.5}, {2.5, 3.5}), std::vector<Cell>({{2, 3}}));
 }
 
-}  // namespace cell_walk_test
-}  // namespace nightmap
+}  // namespace nightmap::cell_walk_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace distance_transform_test {
+namespace nightmap::distance_transform_test {
 
 struct Mask {
   int width = 0;
@@ -75,5 +74,4 @@ TEST(DistanceTransform, RefusesSidesThatOverflow) {
   EXPECT_THROW(SquaredDistances(std::vector<std::uint8_t>(46341), 46341, 1, false, 1), DataError);
 }
 
-}  // namespace distance_transform_test
-}  // namespace nightmap
+}  // namespace nightmap::distance_transform_test

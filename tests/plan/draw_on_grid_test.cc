@@ -9,8 +9,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace draw_on_grid_test {
+namespace nightmap::draw_on_grid_test {
 
 constexpr Rgb kWhite = {255, 255, 255};
 constexpr Rgb kBlack = {40, 40, 40};
@@ -160,5 +159,4 @@ TEST(GridCanvas, CopiesAreDrawnOnApart) {
   EXPECT_EQ(At(canvas, 50, 49), kWhite);
 }
 
-}  // namespace draw_on_grid_test
-}  // namespace nightmap
+}  // namespace nightmap::draw_on_grid_test

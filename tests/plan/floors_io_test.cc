@@ -5,8 +5,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace floors_io_test {
+namespace nightmap::floors_io_test {
 
 std::vector<FloorFiles> ThreeFloors() {
   return {{-1, -2.9, "floor_-1.yaml", "floor_-1.png", "floor_-1"},
@@ -112,5 +111,4 @@ TEST(SpanText, HoldsATurnedGrid) {
   EXPECT_EQ(SpanText(grid), "-1.000,2.000 to 1.000,6.000");
 }
 
-}  // namespace floors_io_test
-}  // namespace nightmap
+}  // namespace nightmap::floors_io_test

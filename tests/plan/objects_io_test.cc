@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace objects_io_test {
+namespace nightmap::objects_io_test {
 
 MapObject Column() { return {"column 1", {std::numbers::pi / 6, {1.25, 3.4}}, {0.8, 0.6}, 0.83}; }
 
@@ -204,5 +203,4 @@ TEST(Objects, ContainWhatLiesInTheTurnedRectangle) {
   EXPECT_TRUE(Contains({"b", {}, {2, 1}, {}}, {1, 0.5}));
 }
 
-}  // namespace objects_io_test
-}  // namespace nightmap
+}  // namespace nightmap::objects_io_test

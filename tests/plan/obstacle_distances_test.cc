@@ -12,8 +12,7 @@
 #include "pipeline/base/random.h"
 #include "tests/small_grids.h"
 
-namespace nightmap {
-namespace obstacle_distances_test {
+namespace nightmap::obstacle_distances_test {
 
 // Between the squares of two cells.
 int SquaredGap(int dx, int dy) {
@@ -170,5 +169,4 @@ TEST(ObstacleDistances, SameAtAnyNumberOfThreads) {
       grid, [&](const Eigen::Vector2i& cell) { ASSERT_EQ(one.Squared(cell), four.Squared(cell)); });
 }
 
-}  // namespace obstacle_distances_test
-}  // namespace nightmap
+}  // namespace nightmap::obstacle_distances_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace path_io_test {
+namespace nightmap::path_io_test {
 
 constexpr char kHeader[] = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m\n";
 constexpr char kRows[] = "1.5,2,0,0,0,1\n2.5,2,0.5,1,0,1\n3,2,0,0.5,1,1\n";
@@ -100,5 +99,4 @@ TEST_F(PathIoTest, RefusesAnotherJson) {
   }
 }
 
-}  // namespace path_io_test
-}  // namespace nightmap
+}  // namespace nightmap::path_io_test

@@ -9,8 +9,7 @@
 
 #include "tests/small_grids.h"
 
-namespace nightmap {
-namespace unknown_holes_test {
+namespace nightmap::unknown_holes_test {
 
 std::size_t NumHoleCells(const std::vector<std::string>& rows, double max_width_m = 0.2) {
   return FindUnknownHoles(GridFromText(rows), max_width_m).size();
@@ -96,5 +95,4 @@ TEST(UnknownHoles, EqualThoseFoundCellByCell) {
   EXPECT_GT(num_holes, 100U);
 }
 
-}  // namespace unknown_holes_test
-}  // namespace nightmap
+}  // namespace nightmap::unknown_holes_test

@@ -3,8 +3,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace command_line_test {
+namespace nightmap::command_line_test {
 
 TEST(PortLines, HaveKindAndNumberOfPaths) {
   const StageSpec spec{"copy",
@@ -19,5 +18,4 @@ TEST(PortLines, HaveKindAndNumberOfPaths) {
             "in more file any_number\nout out file one\n");
 }
 
-}  // namespace command_line_test
-}  // namespace nightmap
+}  // namespace nightmap::command_line_test

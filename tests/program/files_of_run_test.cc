@@ -11,8 +11,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace files_of_run_test {
+namespace nightmap::files_of_run_test {
 
 namespace fs = std::filesystem;
 
@@ -95,5 +94,4 @@ TEST_F(FilesOfRunTest, AnInputThatIsFoundLaterIsNoOutput) {
                         "--out b is the file of old, which map.yaml names");
 }
 
-}  // namespace files_of_run_test
-}  // namespace nightmap
+}  // namespace nightmap::files_of_run_test

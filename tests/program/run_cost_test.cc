@@ -6,8 +6,7 @@
 
 #include <vector>
 
-namespace nightmap {
-namespace run_cost_test {
+namespace nightmap::run_cost_test {
 
 TEST(RunCost, CountsWorkAndMemory) {
   const RunCost cost;
@@ -26,5 +25,4 @@ TEST(RunCost, CountsWorkAndMemory) {
               testing::MatchesRegex("[0-9]+-[0-9]+-[0-9]+T[0-9]+:[0-9]+:[0-9]+Z"));
 }
 
-}  // namespace run_cost_test
-}  // namespace nightmap
+}  // namespace nightmap::run_cost_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace skipped_items_test {
+namespace nightmap::skipped_items_test {
 
 TEST(SkippedItems, AreFoldedByCauseTheMostFrequentFirst) {
   SkippedItems skipped;
@@ -61,5 +60,4 @@ TEST(SkippedItems, OfAnInputAreAnErrorOfTheInput) {
                         "scans, trajectory: 1 of 2 items were skipped");
 }
 
-}  // namespace skipped_items_test
-}  // namespace nightmap
+}  // namespace nightmap::skipped_items_test

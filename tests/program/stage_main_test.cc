@@ -14,8 +14,7 @@
 #include "pipeline/program/run_cost.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace stage_main_test {
+namespace nightmap::stage_main_test {
 
 struct Options {
   int size = 3;
@@ -559,5 +558,4 @@ TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
   EXPECT_THAT(run.err, testing::HasSubstr("16 more causes"));
 }
 
-}  // namespace stage_main_test
-}  // namespace nightmap
+}  // namespace nightmap::stage_main_test

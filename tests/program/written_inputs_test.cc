@@ -9,8 +9,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace written_inputs_test {
+namespace nightmap::written_inputs_test {
 
 class WrittenInputsTest : public testing::Test {
  protected:
@@ -111,5 +110,4 @@ TEST_F(WrittenInputsTest, AFileIsReadOnce) {
   EXPECT_EQ(inputs.Hash(path), HashBytes("as written"));
 }
 
-}  // namespace written_inputs_test
-}  // namespace nightmap
+}  // namespace nightmap::written_inputs_test

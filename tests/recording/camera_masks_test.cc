@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace camera_masks_test {
+namespace nightmap::camera_masks_test {
 
 std::string CameraTable(const std::string& id) {
   return "[[camera]]\nid = \"" + id +
@@ -108,5 +107,4 @@ TEST_F(CameraMasksTest, WhatIsNoMaskOfTheCameraIsRefused) {
   Expect("low.png: all of it is white");
 }
 
-}  // namespace camera_masks_test
-}  // namespace nightmap
+}  // namespace nightmap::camera_masks_test

@@ -4,8 +4,7 @@
 #include "pipeline/base/input_error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace choose_signal_test {
+namespace nightmap::choose_signal_test {
 
 Signal Scanner(const std::string& id, std::size_t num_scans = 1) {
   Signal signal{SignalKind::kScan, id, {}, {}};
@@ -63,5 +62,4 @@ TEST(ChooseScanner, ASiteThatDoesNotScanIsToldWhatItsConfigLacks) {
   ExpectRemedyInText({Scanner("front"), Scanner("rear", 0)}, "rear", "sensor 'rear' has no scan");
 }
 
-}  // namespace choose_signal_test
-}  // namespace nightmap
+}  // namespace nightmap::choose_signal_test

@@ -3,8 +3,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace common_time_test {
+namespace nightmap::common_time_test {
 
 constexpr std::int64_t kS = 1'000'000'000;
 
@@ -70,5 +69,4 @@ TEST_F(CommonTimeTest, OdometryOfFewerThanHalfOfTheScansIsSaid) {
   EXPECT_TRUE(Said().empty());
 }
 
-}  // namespace common_time_test
-}  // namespace nightmap
+}  // namespace nightmap::common_time_test

@@ -7,8 +7,7 @@
 
 #include "pipeline/recording/scan_points.h"
 
-namespace nightmap {
-namespace finish_scans_test {
+namespace nightmap::finish_scans_test {
 
 // Scans of a full circle from -180 deg on, `step_deg` apart (negative: clockwise from 180 on), with
 // the range 2 m everywhere.
@@ -79,5 +78,4 @@ TEST(FinishScans, SectorsAreOfTheAnglesThatBeamsGet) {
   EXPECT_EQ(scans[0].ranges_m, (std::vector<float>{2, 2, 2, 2, kNotMeasured_m, 2, 2, 2}));
 }
 
-}  // namespace finish_scans_test
-}  // namespace nightmap
+}  // namespace nightmap::finish_scans_test

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace frame_lists_test {
+namespace nightmap::frame_lists_test {
 
 TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {
   std::vector<RgbdCamera> cameras(5);
@@ -33,5 +32,4 @@ TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {
   EXPECT_TRUE(KeepUsedCameras(cameras, &none).empty());
 }
 
-}  // namespace frame_lists_test
-}  // namespace nightmap
+}  // namespace nightmap::frame_lists_test

@@ -7,8 +7,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hash_cache_test {
+namespace nightmap::hash_cache_test {
 
 namespace fs = std::filesystem;
 
@@ -94,5 +93,4 @@ TEST_F(HashCacheTest, AFolderThatCannotBeWrittenIsNoError) {
   EXPECT_NO_THROW(files.Save());
 }
 
-}  // namespace hash_cache_test
-}  // namespace nightmap
+}  // namespace nightmap::hash_cache_test

@@ -8,8 +8,7 @@
 #include "pipeline/recording/read_sequence.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hostile_recordings_test {
+namespace nightmap::hostile_recordings_test {
 
 namespace fs = std::filesystem;
 
@@ -211,5 +210,4 @@ TEST_F(HostileRecordingTest, ReportsDoNotSayWhereTheDataFolderIs) {
   }
 }
 
-}  // namespace hostile_recordings_test
-}  // namespace nightmap
+}  // namespace nightmap::hostile_recordings_test

@@ -8,8 +8,7 @@
 #include "pipeline/recording/scan_points.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace keyscans_test {
+namespace nightmap::keyscans_test {
 
 constexpr std::int64_t kPeriod_ns = 250'000'000;
 
@@ -132,5 +131,4 @@ TEST(Keyscans, EdgesLeadFromEachKeyscanToTheNext) {
   NIGHTMAP_EXPECT_ERROR(InputError, (CheckEdgesOfKeyscans({}, {}), 0), "their keyscans differ");
 }
 
-}  // namespace keyscans_test
-}  // namespace nightmap
+}  // namespace nightmap::keyscans_test

@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace line_clock_test {
+namespace nightmap::line_clock_test {
 
 constexpr std::int64_t kMs = 1'000'000;
 
@@ -156,5 +155,4 @@ TEST(LineClockTest, KindsOfOtherClocksArePutRightAlone) {
   for (const StampedLine& line : stated) EXPECT_EQ(clock.TimeOf_ns(line.line), line.stated_ns);
 }
 
-}  // namespace line_clock_test
-}  // namespace nightmap
+}  // namespace nightmap::line_clock_test

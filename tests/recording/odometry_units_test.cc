@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace odometry_units_test {
+namespace nightmap::odometry_units_test {
 
 constexpr double kRadInDeg = 180 / std::numbers::pi;
 
@@ -89,5 +88,4 @@ TEST(OdometryUnitsTest, TheUsualSpeed) {
   EXPECT_EQ(UsualSpeed_m_per_s({}), 0);
 }
 
-}  // namespace odometry_units_test
-}  // namespace nightmap
+}  // namespace nightmap::odometry_units_test

@@ -8,8 +8,7 @@
 #include "pipeline/recording/inspect_frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace read_sequence_test {
+namespace nightmap::read_sequence_test {
 
 constexpr int kWidth = 32;
 constexpr int kHeight = 24;
@@ -603,5 +602,4 @@ TEST(AssociateTimes, NoIndexIsUsedTwiceAndNoGapExceeded) {
   }
 }
 
-}  // namespace read_sequence_test
-}  // namespace nightmap
+}  // namespace nightmap::read_sequence_test

@@ -12,8 +12,7 @@
 #include "pipeline/recording/wheel_motion.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace read_signals_test {
+namespace nightmap::read_signals_test {
 
 std::string Repeated(const std::string& text, int count) {
   std::string result;
@@ -653,5 +652,4 @@ TEST(RealLogs, LaserLogsAreWhatTheyAreDocumentedToBe) {
   }
 }
 
-}  // namespace read_signals_test
-}  // namespace nightmap
+}  // namespace nightmap::read_signals_test

@@ -11,8 +11,7 @@
 #include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/scan_points.h"
 
-namespace nightmap {
-namespace robot_body_test {
+namespace nightmap::robot_body_test {
 
 constexpr double kRad = std::numbers::pi / 180;
 
@@ -219,5 +218,4 @@ TEST_F(RobotBodyTest, WhatIsStatedHoldsAndNothingElseIsLeftOut) {
   EXPECT_EQ(FinishScans(sensor, &scans).body->share, 0);
 }
 
-}  // namespace robot_body_test
-}  // namespace nightmap
+}  // namespace nightmap::robot_body_test

@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_angles_test {
+namespace nightmap::scan_angles_test {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
@@ -63,5 +62,4 @@ TEST(ScanAngles, NoScannerSeesMoreThanACircle) {
   NIGHTMAP_EXPECT_ERROR(DataError, Step_deg(sensor, 720), "more than a circle");
 }
 
-}  // namespace scan_angles_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_angles_test

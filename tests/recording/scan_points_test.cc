@@ -8,8 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace nightmap {
-namespace scan_points_test {
+namespace nightmap::scan_points_test {
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
@@ -110,5 +109,4 @@ TEST(ScanPoints, ARobotThatStandsStillNeedsNoMotion) {
   EXPECT_EQ(still, PointsInRobot(robot.scan, robot.laser).points_in_robot);
 }
 
-}  // namespace scan_points_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_points_test

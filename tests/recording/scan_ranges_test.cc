@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace scan_ranges_test {
+namespace nightmap::scan_ranges_test {
 
 constexpr int kNumBeams = 90;
 
@@ -79,5 +78,4 @@ TEST(ScanRanges, OneDirectionIsNotEnough) {
   EXPECT_EQ(RangeOfNoHit_m(scans), std::nullopt);
 }
 
-}  // namespace scan_ranges_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_ranges_test

@@ -5,8 +5,7 @@
 #include "pipeline/io/hdf5_file.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace signals_io_test {
+namespace nightmap::signals_io_test {
 
 std::vector<Signal> Scans() {
   Signal front{SignalKind::kScan, "front", {Eigen::Quaterniond::Identity(), {0.2, 0, 0.3}}, {}};
@@ -117,5 +116,4 @@ TEST_F(SignalsDamageTest, IsRefusedByTheNameOfTheArray) {
   ExpectRefused("bad.h5", [](Arrays& a) { a.pose[6] = 0.5; });
 }
 
-}  // namespace signals_io_test
-}  // namespace nightmap
+}  // namespace nightmap::signals_io_test

@@ -9,8 +9,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace site_config_test {
+namespace nightmap::site_config_test {
 
 constexpr const char* kSite = R"(root = "office"
 hold_out_every = 5
@@ -456,5 +455,4 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
   }
 }
 
-}  // namespace site_config_test
-}  // namespace nightmap
+}  // namespace nightmap::site_config_test

@@ -4,8 +4,7 @@
 #include "pipeline/recording/site_config.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace site_scan_queries_test {
+namespace nightmap::site_scan_queries_test {
 
 const std::string kSite = R"(root = "lab"
 [[sensor]]
@@ -128,5 +127,4 @@ TEST(SiteScanQueries, ThoseOfMakeComeAfterThoseOfTheSite) {
                         "QUERY of make: s.toml:13 asks for wake.log already");
 }
 
-}  // namespace site_scan_queries_test
-}  // namespace nightmap
+}  // namespace nightmap::site_scan_queries_test

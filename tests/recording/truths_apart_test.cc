@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace truths_apart_test {
+namespace nightmap::truths_apart_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
@@ -48,5 +47,4 @@ TEST(ReportTruthsApart, NamesOnlyTruthsThatFitNoFrame) {
   EXPECT_NEAR(found.at("ground_truths_apart")[0].at("apart_s"), 0.05, 1e-9);
 }
 
-}  // namespace truths_apart_test
-}  // namespace nightmap
+}  // namespace nightmap::truths_apart_test

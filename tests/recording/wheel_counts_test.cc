@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace wheel_counts_test {
+namespace nightmap::wheel_counts_test {
 
 // A wheel that mostly drives one way, from `start` on, in whole ticks.
 std::vector<double> Walk(std::uint64_t seed, double start, double step, int count) {
@@ -55,5 +54,4 @@ TEST(WheelCountsTest, CountsThatDoNotReachBothEndsStay) {
   EXPECT_EQ(UnwrapCounts(counts), counts);
 }
 
-}  // namespace wheel_counts_test
-}  // namespace nightmap
+}  // namespace nightmap::wheel_counts_test

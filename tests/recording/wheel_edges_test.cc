@@ -7,8 +7,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace wheel_edges_test {
+namespace nightmap::wheel_edges_test {
 
 constexpr std::int64_t kSamplePeriod_ns = 40'000'000;
 constexpr std::int64_t kFramePeriod_ns = 100'000'000;
@@ -212,5 +211,4 @@ TEST(WheelEdges, NoEdgeLeadsFromOneRecordingToAnother) {
   for (const SensorEdge& edge : edges.edges) EXPECT_NE(edge.source_time_ns, frames[4].time_ns);
 }
 
-}  // namespace wheel_edges_test
-}  // namespace nightmap
+}  // namespace nightmap::wheel_edges_test

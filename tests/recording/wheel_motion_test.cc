@@ -5,8 +5,7 @@
 
 #include <cmath>
 
-namespace nightmap {
-namespace wheel_motion_test {
+namespace nightmap::wheel_motion_test {
 
 constexpr std::int64_t kStep_ns = 100'000'000;
 
@@ -56,5 +55,4 @@ TEST(WheelMotionTest, ARobotMayComeToTheOriginSlowly) {
   EXPECT_FALSE(IsPossibleStep({0, {9, 0, 0}, {}}, {kStep_ns, {1, 0, 0}, {}}));
 }
 
-}  // namespace wheel_motion_test
-}  // namespace nightmap
+}  // namespace nightmap::wheel_motion_test

@@ -11,8 +11,7 @@
 #include "pipeline/world/paint.h"
 #include "pipeline/world/route.h"
 
-namespace nightmap {
-namespace render_test {
+namespace nightmap::render_test {
 
 constexpr double kWallDistance_m = 2.0;
 
@@ -123,5 +122,4 @@ TEST(Render, RefusesADistortedCamera) {
   EXPECT_THROW(Render(WallWorld(), camera, Rigid3{}, DepthSensorOptions{}, 0, 0), UsageError);
 }
 
-}  // namespace render_test
-}  // namespace nightmap
+}  // namespace nightmap::render_test

@@ -9,8 +9,7 @@
 #include "pipeline/world/render.h"
 #include "pipeline/world/route.h"
 
-namespace nightmap {
-namespace robot_building_test {
+namespace nightmap::robot_building_test {
 
 BuildingOptions LongCorridor(double blank_walls_length_m) {
   BuildingOptions options;
@@ -116,5 +115,4 @@ TEST(FitCeiling, NoneAreFittedByDefault) {
   EXPECT_TRUE(builder.Finish(1).surfaces.empty());
 }
 
-}  // namespace robot_building_test
-}  // namespace nightmap
+}  // namespace nightmap::robot_building_test

@@ -11,8 +11,7 @@
 #include "pipeline/world/walkers.h"
 #include "pipeline/world/wheel_odometry.h"
 
-namespace nightmap {
-namespace robot_test {
+namespace nightmap::robot_test {
 
 constexpr double kRoom_m = 8;  // from the origin to each of four walls
 constexpr double kFrameRate_hz = 10;
@@ -425,5 +424,4 @@ TEST(RobotDrive, FollowsTheFramesInStraightLines) {
   EXPECT_NEAR(std::atan2(forward.y(), forward.x()), a.heading_rad, 1e-9);
 }
 
-}  // namespace robot_test
-}  // namespace nightmap
+}  // namespace nightmap::robot_test

@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/world/paint.h"
 
-namespace nightmap {
-namespace texture_test {
+namespace nightmap::texture_test {
 
 ColorImage Checker() {
   ColorImage image{4, 4, 3, {}};
@@ -51,5 +50,4 @@ TEST(Paint, DependsOnTheSeedOnly) {
   EXPECT_NE(poster.pixels, PaintTexture(Paint::kPoster, 64, 6).pixels);
 }
 
-}  // namespace texture_test
-}  // namespace nightmap
+}  // namespace nightmap::texture_test

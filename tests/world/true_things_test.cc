@@ -11,8 +11,7 @@
 #include "pipeline/world/furniture.h"
 #include "tests/world/two_floors.h"
 
-namespace nightmap {
-namespace true_things_test {
+namespace nightmap::true_things_test {
 
 using Label = SurfaceLabel;
 
@@ -157,5 +156,4 @@ TEST(TrueThings, SurfacesHaveThePieceOfTheirBox) {
   }
 }
 
-}  // namespace true_things_test
-}  // namespace nightmap
+}  // namespace nightmap::true_things_test

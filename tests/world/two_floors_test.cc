@@ -7,8 +7,7 @@
 
 #include "pipeline/world/floor_plan.h"
 
-namespace nightmap {
-namespace two_floors_test {
+namespace nightmap::two_floors_test {
 
 TEST(TwoFloors, TheCameraIsAtItsHeightAboveTheGroundAllAlong) {
   const SyntheticWorld& world = TwoFloorWorld();
@@ -111,5 +110,4 @@ TEST(TwoFloors, FloorsAreFurnishedDifferently) {
   EXPECT_GT(num_different, 500);
 }
 
-}  // namespace two_floors_test
-}  // namespace nightmap
+}  // namespace nightmap::two_floors_test

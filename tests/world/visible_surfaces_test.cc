@@ -7,8 +7,7 @@
 #include "pipeline/world/ray_scene.h"
 #include "pipeline/world/route.h"
 
-namespace nightmap {
-namespace visible_surfaces_test {
+namespace nightmap::visible_surfaces_test {
 
 constexpr Camera kCamera{.width = 150, .height = 100, .fx = 90, .fy = 95, .cx = 71, .cy = 48};
 
@@ -86,5 +85,4 @@ TEST(VisibleSurfaces, IgnoresWhatIsBehindTheCamera) {
   EXPECT_EQ(CompareWithRays({wall}, CameraPose({{0, 0}, 0}, 0, 0)), 0);
 }
 
-}  // namespace visible_surfaces_test
-}  // namespace nightmap
+}  // namespace nightmap::visible_surfaces_test

@@ -14,8 +14,7 @@
 #include "pipeline/world/render.h"
 #include "pipeline/world/route.h"
 
-namespace nightmap {
-namespace world_test {
+namespace nightmap::world_test {
 
 BuildingOptions QuickBuilding() {
   BuildingOptions options;
@@ -281,5 +280,4 @@ TEST(SyntheticLayout, IdenticalRoomsAreFurnishedAlike) {
   }
 }
 
-}  // namespace world_test
-}  // namespace nightmap
+}  // namespace nightmap::world_test

@@ -8,8 +8,7 @@
 #include "tests/stages/graph/pose_graph/circle_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace adjust_test {
+namespace nightmap::adjust_test {
 
 // Closes the loops of `closed`. Its frames have no features, so that adjustment adds nothing.
 AdjustInput After(const PoseGraphInput& closed) {
@@ -179,5 +178,4 @@ TEST(Adjust, RefusesArtifactsOfOtherRuns) {
   expect([](AdjustInput& input) { input.loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
 }
 
-}  // namespace adjust_test
-}  // namespace nightmap
+}  // namespace nightmap::adjust_test

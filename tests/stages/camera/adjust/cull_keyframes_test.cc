@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <map>
 
-namespace nightmap {
-namespace cull_keyframes_test {
+namespace nightmap::cull_keyframes_test {
 
 // Keyframes 0, 10, 20, .. along a path on which each sees the 400 points about it, 100 of them new;
 // every lap sees the same points.
@@ -89,5 +88,4 @@ TEST(CullKeyframes, DroppedFramesLeaveTheTracks) {
   EXPECT_EQ(tracks, (std::vector<Track>{{{0, 1}, {20, 3}}}));
 }
 
-}  // namespace cull_keyframes_test
-}  // namespace nightmap
+}  // namespace nightmap::cull_keyframes_test

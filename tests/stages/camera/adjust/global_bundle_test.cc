@@ -13,8 +13,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace global_bundle_test {
+namespace nightmap::global_bundle_test {
 
 // The scene's frames as keyframes of two cameras in turn; the second one measures depth 4 % short.
 struct TwoCameras {
@@ -126,5 +125,4 @@ TEST(GlobalBundle, TheFocalLengthFoundGoesIntoTheCameras) {
   EXPECT_DOUBLE_EQ(cameras[1].color.fx, 1.01 * two.input.cameras[1].color.fx);
 }
 
-}  // namespace global_bundle_test
-}  // namespace nightmap
+}  // namespace nightmap::global_bundle_test

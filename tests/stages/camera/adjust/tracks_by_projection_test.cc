@@ -10,8 +10,7 @@
 #include "stages/camera/adjust/global_bundle.h"
 #include "tests/landmark_scene.h"
 
-namespace nightmap {
-namespace tracks_by_projection_test {
+namespace nightmap::tracks_by_projection_test {
 
 struct Retracked {
   LandmarkScene scene = MakeLandmarkScene();
@@ -94,5 +93,4 @@ TEST(TracksByProjection, TheTracksPutAPoseRight) {
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
 }
 
-}  // namespace tracks_by_projection_test
-}  // namespace nightmap
+}  // namespace nightmap::tracks_by_projection_test

@@ -7,8 +7,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace features_test {
+namespace nightmap::features_test {
 
 class FeaturesTest : public testing::Test {
  protected:
@@ -350,5 +349,4 @@ TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
   EXPECT_EQ(result.shard.frames[2].reference_frame_idx, 31);
 }
 
-}  // namespace features_test
-}  // namespace nightmap
+}  // namespace nightmap::features_test

@@ -8,8 +8,7 @@
 #include "pipeline/camera/extract_features.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace track_features_test {
+namespace nightmap::track_features_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -112,5 +111,4 @@ TEST_F(TrackFeaturesTest, TracksTheStrongestFeaturesThatAreApart) {
   }
 }
 
-}  // namespace track_features_test
-}  // namespace nightmap
+}  // namespace nightmap::track_features_test

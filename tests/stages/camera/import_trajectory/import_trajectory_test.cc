@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace import_trajectory_test {
+namespace nightmap::import_trajectory_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
@@ -85,5 +84,4 @@ TEST(ImportTrajectory, PosesTooFarApartToInterpolateAreToldFromTimesOfAnotherRec
   EXPECT_EQ(Judge(options, FramesOf(50), third), 17U);
 }
 
-}  // namespace import_trajectory_test
-}  // namespace nightmap
+}  // namespace nightmap::import_trajectory_test

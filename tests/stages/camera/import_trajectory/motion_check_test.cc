@@ -11,8 +11,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace motion_check_test {
+namespace nightmap::motion_check_test {
 
 using testing::ContainsRegex;
 using testing::HasSubstr;
@@ -196,5 +195,4 @@ TEST(MeasureMotions, MeasuresDescribedFramesWithAPoseAtAnyNumberOfThreads) {
   }
 }
 
-}  // namespace motion_check_test
-}  // namespace nightmap
+}  // namespace nightmap::motion_check_test

@@ -7,8 +7,7 @@
 #include "stages/camera/import_trajectory/import_trajectory.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace pose_jumps_test {
+namespace nightmap::pose_jumps_test {
 
 constexpr std::int64_t kStep_ns = 33'000'000;
 
@@ -70,5 +69,4 @@ TEST(PoseJumps, TooFewPosesAreNoJumps) {
   }
 }
 
-}  // namespace pose_jumps_test
-}  // namespace nightmap
+}  // namespace nightmap::pose_jumps_test

@@ -4,8 +4,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace colmap_export_test {
+namespace nightmap::colmap_export_test {
 
 class ColmapExportTest : public testing::Test {
  protected:
@@ -133,5 +132,4 @@ TEST_F(ColmapExportTest, OnlyRootSiftGivesDescriptors) {
   EXPECT_TRUE(MakeColmapModel(Input(), map).images[0].descriptors.empty());
 }
 
-}  // namespace colmap_export_test
-}  // namespace nightmap
+}  // namespace nightmap::colmap_export_test

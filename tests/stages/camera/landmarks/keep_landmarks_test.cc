@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace keep_landmarks_test {
+namespace nightmap::keep_landmarks_test {
 
 Landmark SeenBy(const std::vector<int>& observers) {
   Landmark landmark;
@@ -105,5 +104,4 @@ TEST(ChooseLandmarks, FewerThanObserversAreTheMostSeen) {
   EXPECT_EQ(ChooseLandmarks(landmarks, 4, 2), (std::vector<std::size_t>{2, 3}));
 }
 
-}  // namespace keep_landmarks_test
-}  // namespace nightmap
+}  // namespace nightmap::keep_landmarks_test

@@ -9,8 +9,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace landmarks_test {
+namespace nightmap::landmarks_test {
 
 class LandmarksTest : public testing::Test {
  protected:
@@ -187,5 +186,4 @@ TEST_F(LandmarksTest, RefusesFeaturesOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "not of the listed frames");
 }
 
-}  // namespace landmarks_test
-}  // namespace nightmap
+}  // namespace nightmap::landmarks_test

@@ -14,8 +14,7 @@
 #include "stages/camera/localize/place_search.h"
 #include "tests/stages/camera/localize/scene_map.h"
 
-namespace nightmap {
-namespace active_search_test {
+namespace nightmap::active_search_test {
 
 class SearchTest : public testing::Test {
  protected:
@@ -270,5 +269,4 @@ TEST_F(SearchTest, TheLargestPlaceIsKept) {
   for (const LandmarkMatch& match : kept) EXPECT_LT(match.landmark, num_landmarks);
 }
 
-}  // namespace active_search_test
-}  // namespace nightmap
+}  // namespace nightmap::active_search_test

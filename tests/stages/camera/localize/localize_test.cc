@@ -13,8 +13,7 @@
 #include "tests/stages/camera/localize/scene_map.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace localize_test {
+namespace nightmap::localize_test {
 
 class LocalizeTest : public testing::Test {
  protected:
@@ -368,5 +367,4 @@ TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "another vocabulary");
 }
 
-}  // namespace localize_test
-}  // namespace nightmap
+}  // namespace nightmap::localize_test

@@ -6,8 +6,7 @@
 #include "tests/stages/camera/localize/rendered_map.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace mirror_features_test {
+namespace nightmap::mirror_features_test {
 
 constexpr DescriptorKind kKind = DescriptorKind::kRootSift;
 
@@ -71,5 +70,4 @@ TEST_F(MirrorFeaturesTest, OtherDescriptorsCannotBeMirrored) {
   EXPECT_FALSE(MirrorFeatures({}, DescriptorKind::kBrisk, camera_));
 }
 
-}  // namespace mirror_features_test
-}  // namespace nightmap
+}  // namespace nightmap::mirror_features_test

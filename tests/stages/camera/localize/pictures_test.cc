@@ -11,8 +11,7 @@
 #include "tests/stages/camera/localize/rendered_map.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace pictures_test {
+namespace nightmap::pictures_test {
 
 cv::Mat View(ColorImage& image) {
   return {image.height, image.width, CV_8UC3, image.pixels.data()};
@@ -225,5 +224,4 @@ TEST_F(PicturesTest, ABrokenFileIsUnreadable) {
   }
 }
 
-}  // namespace pictures_test
-}  // namespace nightmap
+}  // namespace nightmap::pictures_test

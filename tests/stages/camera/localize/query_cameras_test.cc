@@ -5,8 +5,7 @@
 
 #include "pipeline/base/error.h"
 
-namespace nightmap {
-namespace query_cameras_test {
+namespace nightmap::query_cameras_test {
 
 RgbdCamera WithFocalLength(double focal_px) {
   RgbdCamera camera;
@@ -29,5 +28,4 @@ TEST(QueryCameras, RefusesCamerasOfTwoMaps) {
   EXPECT_THROW(WithCalibration({}, {WithFocalLength(500)}, {}), DataError);
 }
 
-}  // namespace query_cameras_test
-}  // namespace nightmap
+}  // namespace nightmap::query_cameras_test

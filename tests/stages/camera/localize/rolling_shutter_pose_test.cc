@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace rolling_shutter_pose_test {
+namespace nightmap::rolling_shutter_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -138,5 +137,4 @@ TEST(MovingPose, TheLessIsKnownOfTheFocalLengthTheLessSureIsThePose) {
   }
 }
 
-}  // namespace rolling_shutter_pose_test
-}  // namespace nightmap
+}  // namespace nightmap::rolling_shutter_pose_test

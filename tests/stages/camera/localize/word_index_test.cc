@@ -8,8 +8,7 @@
 #include "stages/camera/localize/landmark_index.h"
 #include "tests/stages/camera/localize/scene_map.h"
 
-namespace nightmap {
-namespace word_index_test {
+namespace nightmap::word_index_test {
 
 class WordIndexTest : public testing::Test {
  protected:
@@ -89,5 +88,4 @@ TEST_F(WordIndexTest, ADeeperWordWithoutLandmarksIsNotSearched) {
   EXPECT_EQ(index.SearchWord(lone.data()), level_1);
 }
 
-}  // namespace word_index_test
-}  // namespace nightmap
+}  // namespace nightmap::word_index_test

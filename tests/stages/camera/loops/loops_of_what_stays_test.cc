@@ -7,8 +7,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace loops_of_what_stays_test {
+namespace nightmap::loops_of_what_stays_test {
 
 // A way that is gone twice, with a mask of the upper half of each picture of the first time.
 TEST(RunLoopsOfWhatStays, PairsHaveNoMaskedFeatureAndTheIndicesOfTheInput) {
@@ -58,5 +57,4 @@ TEST(RunLoopsOfWhatStays, PairsHaveNoMaskedFeatureAndTheIndicesOfTheInput) {
   EXPECT_GT(num_exact, 0);
 }
 
-}  // namespace loops_of_what_stays_test
-}  // namespace nightmap
+}  // namespace nightmap::loops_of_what_stays_test

@@ -5,8 +5,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace loops_test {
+namespace nightmap::loops_test {
 
 FramesWithFeatures InputOf(const LandmarkScene& scene) {
   return {scene.frames, scene.cameras, scene.features};
@@ -70,5 +69,4 @@ TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
   expect_refused(later, MakeSceneVocabulary(scene));
 }
 
-}  // namespace loops_test
-}  // namespace nightmap
+}  // namespace nightmap::loops_test

@@ -4,8 +4,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace same_node_matcher_test {
+namespace nightmap::same_node_matcher_test {
 
 TEST(SameNodeMatcher, FindsTheCommonPointsAtEveryLevel) {
   const LandmarkScene scene = MakeLandmarkScene();
@@ -36,5 +35,4 @@ TEST(SameNodeMatcher, HasNothingForATrackedFrame) {
   EXPECT_FALSE(matcher.Match(2, 3, 0.8).empty());
 }
 
-}  // namespace same_node_matcher_test
-}  // namespace nightmap
+}  // namespace nightmap::same_node_matcher_test

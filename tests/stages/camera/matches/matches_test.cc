@@ -5,8 +5,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace matches_test {
+namespace nightmap::matches_test {
 
 FramesWithFeatures InputOf(const LandmarkScene& scene) {
   return {scene.frames, scene.cameras, scene.features};
@@ -82,5 +81,4 @@ TEST(RunMatches, RefusesFeaturesOfOtherFrames) {
       DataError, RunMatches({}, input, 0, progress, 1), "not of the listed frames");
 }
 
-}  // namespace matches_test
-}  // namespace nightmap
+}  // namespace nightmap::matches_test

@@ -8,8 +8,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace odometry_test {
+namespace nightmap::odometry_test {
 
 // A pair as the matches stage would write it, its pose off by noise.
 FramePair MakePair(const LandmarkScene& scene, int a, int b, double noise_m) {
@@ -270,5 +269,4 @@ TEST_F(OdometryTest, RefusesPairsThatAreNotSortedOrNameNoFeature) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "feature 1000000 of frame");
 }
 
-}  // namespace odometry_test
-}  // namespace nightmap
+}  // namespace nightmap::odometry_test

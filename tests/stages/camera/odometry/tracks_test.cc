@@ -8,8 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace tracks_test {
+namespace nightmap::tracks_test {
 
 TEST(Tracks, JoinsAcrossFrames) {
   TrackBuilder builder(10, {3, 3, 3});
@@ -48,5 +47,4 @@ TEST(Tracks, RefusesFeaturesThatDoNotExist) {
   EXPECT_THROW(builder.Join(0, 0, 2, 0), DataError);
 }
 
-}  // namespace tracks_test
-}  // namespace nightmap
+}  // namespace nightmap::tracks_test

@@ -9,8 +9,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace fixed_parts_test {
+namespace nightmap::fixed_parts_test {
 
 constexpr int kWidth = 160, kHeight = 120;
 constexpr int kNumViews = 40;
@@ -168,5 +167,4 @@ TEST(EnlargeMask, HasTheSizeOfThePicturesAndAMargin) {
   EXPECT_EQ(enlarged.At(27, 25), 0);
 }
 
-}  // namespace fixed_parts_test
-}  // namespace nightmap
+}  // namespace nightmap::fixed_parts_test

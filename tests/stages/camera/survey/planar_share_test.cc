@@ -7,8 +7,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace planar_share_test {
+namespace nightmap::planar_share_test {
 
 const Camera kCamera{.width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 159.5, .cy = 119.5};
 
@@ -61,5 +60,4 @@ TEST(PlanarShares, WithoutDepthThereIsNone) {
   EXPECT_EQ(shares.otherwise, 0);
 }
 
-}  // namespace planar_share_test
-}  // namespace nightmap
+}  // namespace nightmap::planar_share_test

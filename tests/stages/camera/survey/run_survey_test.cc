@@ -9,8 +9,7 @@
 #include "stages/camera/survey/survey_output.h"
 #include "tests/stages/camera/survey/made_up_pictures.h"
 
-namespace nightmap {
-namespace survey_test {
+namespace nightmap::survey_test {
 
 SurveyInput InputOf(const Turning& world, int num_frames) {
   SurveyInput input;
@@ -155,5 +154,4 @@ TEST(Survey, FindsWhatStaysInThePicturesOfEachCamera) {
   EXPECT_EQ(parts[1].at("mask"), "mask_1.png");
 }
 
-}  // namespace survey_test
-}  // namespace nightmap
+}  // namespace nightmap::survey_test

@@ -10,8 +10,7 @@
 #include "stages/camera/survey/pair_measures.h"
 #include "tests/stages/camera/survey/made_up_pictures.h"
 
-namespace nightmap {
-namespace survey_test {
+namespace nightmap::survey_test {
 
 GrayImage Edited(GrayImage picture, const std::function<void(const cv::Mat&, cv::Mat&)>& edit) {
   cv::Mat view(picture.height, picture.width, CV_8UC1, picture.pixels.data());
@@ -119,5 +118,4 @@ TEST(DepthAlignment, HasNoEdgesWithoutDepth) {
   EXPECT_TRUE(FindBestShift({}).at_best.empty());
 }
 
-}  // namespace survey_test
-}  // namespace nightmap
+}  // namespace nightmap::survey_test

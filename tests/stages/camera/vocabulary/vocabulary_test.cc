@@ -5,8 +5,7 @@
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace vocabulary_test {
+namespace nightmap::vocabulary_test {
 
 class VocabularyTest : public testing::Test {
  protected:
@@ -51,5 +50,4 @@ TEST_F(VocabularyTest, RefusesFramesWithoutAnyFeature) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "no descriptors");
 }
 
-}  // namespace vocabulary_test
-}  // namespace nightmap
+}  // namespace nightmap::vocabulary_test

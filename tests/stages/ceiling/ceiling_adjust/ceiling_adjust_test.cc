@@ -7,8 +7,7 @@
 #include "tests/stages/ceiling/ceiling_ekf/simulated_drive.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_adjust_test {
+namespace nightmap::ceiling_adjust_test {
 
 struct Case {
   SimulatedDrive drive;
@@ -146,5 +145,4 @@ TEST(CeilingAdjust, SaysWhatDoesNotBelongTogether) {
   EXPECT_THROW(Adjust(made.input), InputError);
 }
 
-}  // namespace ceiling_adjust_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_adjust_test

@@ -10,8 +10,7 @@
 #include "tests/stages/ceiling/ceiling_ekf/simulated_drive.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_ekf_test {
+namespace nightmap::ceiling_ekf_test {
 
 struct Errors {
   double position_rmse_m = 0;
@@ -272,5 +271,4 @@ TEST(CeilingEkf, RefusesASiteWithoutWheels) {
   EXPECT_THROW(Map(drive), InputError);
 }
 
-}  // namespace ceiling_ekf_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_ekf_test

@@ -8,8 +8,7 @@
 #include "tests/ceiling/numeric_derivative.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_filter_test {
+namespace nightmap::ceiling_filter_test {
 
 UpwardCamera MakeCamera() {
   Camera camera;
@@ -186,5 +185,4 @@ TEST(CeilingFilter, WithoutOdometryTheRobotMayBeAsFarAsItsSpeedAllows) {
   }
 }
 
-}  // namespace ceiling_filter_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_filter_test

@@ -8,8 +8,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace compressed_ekf_test {
+namespace nightmap::compressed_ekf_test {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -202,5 +201,4 @@ TEST(CompressedEkf, RefusesWhatIsNoMeasurement) {
                DataError);
 }
 
-}  // namespace compressed_ekf_test
-}  // namespace nightmap
+}  // namespace nightmap::compressed_ekf_test

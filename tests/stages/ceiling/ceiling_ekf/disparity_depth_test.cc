@@ -6,8 +6,7 @@
 #include "tests/ceiling/numeric_derivative.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace disparity_depth_test {
+namespace nightmap::disparity_depth_test {
 
 UpwardCamera MakeCamera(double mounting_rad) {
   Camera camera;
@@ -89,5 +88,4 @@ TEST(DisparityDepth, DerivativesAreThoseOfNumbers) {
        by([&](const V& x) { return DepthByDisparity(camera, kFirst, a, second, x); }, b));
 }
 
-}  // namespace disparity_depth_test
-}  // namespace nightmap
+}  // namespace nightmap::disparity_depth_test

@@ -7,8 +7,7 @@
 #include "tests/stages/ceiling/ceiling_ekf/simulated_drive.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace submap_match_test {
+namespace nightmap::submap_match_test {
 
 const Rigid2 kNowFromThen{0.7, {1.2, -0.4}};
 
@@ -102,5 +101,4 @@ TEST(SubmapMatch, FindsNothingElsewhere) {
   EXPECT_FALSE(Match({}, 0, Sigmas(1, 0.1)));
 }
 
-}  // namespace submap_match_test
-}  // namespace nightmap
+}  // namespace nightmap::submap_match_test

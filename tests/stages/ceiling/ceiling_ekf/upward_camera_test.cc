@@ -6,8 +6,7 @@
 #include "tests/ceiling/numeric_derivative.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace upward_camera_test {
+namespace nightmap::upward_camera_test {
 
 UpwardCamera MakeCamera() {
   Camera camera;
@@ -175,5 +174,4 @@ TEST(PlanarPose, DerivativesAreThoseOfNumbers) {
   }
 }
 
-}  // namespace upward_camera_test
-}  // namespace nightmap
+}  // namespace nightmap::upward_camera_test

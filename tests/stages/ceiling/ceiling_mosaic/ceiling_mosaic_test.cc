@@ -9,8 +9,7 @@
 #include "stages/ceiling/ceiling_mosaic/choose_views.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_mosaic_test {
+namespace nightmap::ceiling_mosaic_test {
 
 constexpr double kHeight_m = 2.6;
 
@@ -182,5 +181,4 @@ TEST(CeilingMosaic, ViewsAreApart) {
   EXPECT_EQ(views[1].frame, 4U);
 }
 
-}  // namespace ceiling_mosaic_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_mosaic_test

@@ -8,8 +8,7 @@
 #include "tests/stages/ceiling/ceiling_tracks/moving_ceiling.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace ceiling_tracks_test {
+namespace nightmap::ceiling_tracks_test {
 
 CeilingTracksResult Follow(const CeilingTracksInput& input,
                            int num_threads = 2,
@@ -177,5 +176,4 @@ TEST_F(CeilingTracksTest, FeaturesMustHaveOrbDescriptors) {
   NIGHTMAP_EXPECT_ERROR(DataError, Follow(input), "set features.detector");
 }
 
-}  // namespace ceiling_tracks_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_tracks_test

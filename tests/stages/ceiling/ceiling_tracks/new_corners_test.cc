@@ -3,8 +3,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace new_corners_test {
+namespace nightmap::new_corners_test {
 
 using Pixels = std::vector<Eigen::Vector2f>;
 const Camera kCamera{640, 480, 500, 500, 319.5, 239.5};  // cells of 80 x 80 pixels
@@ -50,5 +49,4 @@ TEST(NewCorners, KeepTheirDistance) {
 
 TEST(NewCorners, NoneFromNone) { EXPECT_TRUE(ChooseNewCorners({}, {}, kCamera, {}).empty()); }
 
-}  // namespace new_corners_test
-}  // namespace nightmap
+}  // namespace nightmap::new_corners_test

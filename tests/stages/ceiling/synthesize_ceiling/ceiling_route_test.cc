@@ -9,8 +9,7 @@
 #include "pipeline/base/random.h"
 #include "stages/ceiling/synthesize_ceiling/ceiling_walk.h"
 
-namespace nightmap {
-namespace ceiling_route_test {
+namespace nightmap::ceiling_route_test {
 
 constexpr double kBlank_m = 8;
 constexpr double kOverlap_m = 12;
@@ -140,5 +139,4 @@ TEST(CeilingWalk, RaysEndWhereThePlanEnds) {
   }
 }
 
-}  // namespace ceiling_route_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_route_test

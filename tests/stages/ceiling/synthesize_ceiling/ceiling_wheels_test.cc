@@ -7,8 +7,7 @@
 
 #include "stages/ceiling/synthesize_ceiling/synthesize_ceiling.h"
 
-namespace nightmap {
-namespace ceiling_wheels_test {
+namespace nightmap::ceiling_wheels_test {
 
 constexpr double kLength_m = 10;
 constexpr int kNumSeeds = 400;
@@ -104,5 +103,4 @@ TEST(CeilingWheels, SlipReportsMoreThanTheRobotDrives) {
   EXPECT_NEAR(odometry.At(5)[0], drive.At(5).position.x(), 1e-9);
 }
 
-}  // namespace ceiling_wheels_test
-}  // namespace nightmap
+}  // namespace nightmap::ceiling_wheels_test

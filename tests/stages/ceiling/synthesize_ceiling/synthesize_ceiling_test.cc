@@ -14,8 +14,7 @@
 #include "pipeline/recording/site_config.h"
 #include "stages/ceiling/synthesize_ceiling/write_ceiling.h"
 
-namespace nightmap {
-namespace synthesize_ceiling_test {
+namespace nightmap::synthesize_ceiling_test {
 
 constexpr double kLampFrame_m = 0.02;
 
@@ -238,5 +237,4 @@ TEST(SynthesizeCeiling, SitesHaveTheCameraThatTheyRecord) {
   }
 }
 
-}  // namespace synthesize_ceiling_test
-}  // namespace nightmap
+}  // namespace nightmap::synthesize_ceiling_test

@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace distance_maps_test {
+namespace nightmap::distance_maps_test {
 
 OccupancyGrid RandomGrid(std::uint64_t seed) {
   Random random(seed);
@@ -68,5 +67,4 @@ TEST(DistanceMaps, WithoutAnObstacleItIsFarAndFinite) {
   }
 }
 
-}  // namespace distance_maps_test
-}  // namespace nightmap
+}  // namespace nightmap::distance_maps_test

@@ -8,8 +8,7 @@
 
 #include "tests/stages/dense/grid/room.h"
 
-namespace nightmap {
-namespace floors_test {
+namespace nightmap::floors_test {
 
 // Solid ground up to and including voxel `top`, and free space above it up to `free_top`.
 void Raise(VoxelRoom& room, int x0, int y0, int x1, int y1, int top, int free_top) {
@@ -227,5 +226,4 @@ TEST(GridFloors, ALowerFloorThatIsSeenIsADropAndALittleUnseenDepthIsNot) {
   }
 }
 
-}  // namespace floors_test
-}  // namespace nightmap
+}  // namespace nightmap::floors_test

@@ -14,8 +14,7 @@
 #include "tests/test_data.h"
 #include "tests/world/two_floors.h"
 
-namespace nightmap {
-namespace furniture_test {
+namespace nightmap::furniture_test {
 
 // Columns within a cell of a box's border may be the floor beside it.
 constexpr double kBorder_m = 0.05;
@@ -175,5 +174,4 @@ TEST(GridOfFurniture, NoPathLeadsOverItInTheBuilding) {
   CheckBuilding(building, route, 8);
 }
 
-}  // namespace furniture_test
-}  // namespace nightmap
+}  // namespace nightmap::furniture_test

@@ -10,8 +10,7 @@
 #include "pipeline/base/random.h"
 #include "tests/stages/dense/grid/room.h"
 
-namespace nightmap {
-namespace grid_test {
+namespace nightmap::grid_test {
 
 TEST(Grid, FloorAndCeilingAreNoObstacles) {
   const FloorGrid result = Project(EmptyRoom().Tree());
@@ -189,5 +188,4 @@ TEST(Grid, OptionsSurviveToml) {
   EXPECT_THROW(list.ParseToml("margin_m = -1.0", "bad"), UsageError);
 }
 
-}  // namespace grid_test
-}  // namespace nightmap
+}  // namespace nightmap::grid_test

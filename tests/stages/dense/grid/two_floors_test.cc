@@ -8,8 +8,7 @@
 #include "tests/stages/dense/grid/carver.h"
 #include "tests/stages/dense/grid/room.h"
 
-namespace nightmap {
-namespace two_floors_test {
+namespace nightmap::two_floors_test {
 
 struct Agreement {
   int num_seen = 0;
@@ -72,5 +71,4 @@ TEST(GridOfTwoFloors, EachFloorHasItsOwnRightGrid) {
   }
 }
 
-}  // namespace two_floors_test
-}  // namespace nightmap
+}  // namespace nightmap::two_floors_test

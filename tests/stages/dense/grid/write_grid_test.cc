@@ -6,8 +6,7 @@
 #include "pipeline/plan/floors_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace write_grid_test {
+namespace nightmap::write_grid_test {
 
 // A row of cells, so many of them free.
 FloorGrid Row(double height_m, int num_free) {
@@ -107,5 +106,4 @@ TEST_F(WriteGridTest, FilesOfFloorsThatAreGoneAreRemoved) {
   }
 }
 
-}  // namespace write_grid_test
-}  // namespace nightmap
+}  // namespace nightmap::write_grid_test

@@ -3,8 +3,7 @@
 
 #include "tests/dense/join_tiles.h"
 
-namespace nightmap {
-namespace join_clouds_test {
+namespace nightmap::join_clouds_test {
 
 using Path = std::filesystem::path;
 
@@ -117,5 +116,4 @@ TEST_F(JoinCloudsTest, TooManyUnreadableKeyframesFail) {
   EXPECT_EQ(Join({.max_failed_ratio = 0.5}), 0) << err_;
 }
 
-}  // namespace join_clouds_test
-}  // namespace nightmap
+}  // namespace nightmap::join_clouds_test

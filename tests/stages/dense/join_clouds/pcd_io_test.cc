@@ -10,8 +10,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 
-namespace nightmap {
-namespace pcd_io_test {
+namespace nightmap::pcd_io_test {
 
 TEST(PcdIo, HasTheFieldsOfItsHeader) {
   const auto path =
@@ -47,5 +46,4 @@ TEST(PcdIo, AFolderThatIsNotThereIsAnErrorThatNamesTheFile) {
   }
 }
 
-}  // namespace pcd_io_test
-}  // namespace nightmap
+}  // namespace nightmap::pcd_io_test

@@ -4,8 +4,7 @@
 #include "pipeline/dense/octree_io.h"
 #include "tests/dense/join_tiles.h"
 
-namespace nightmap {
-namespace join_octrees_test {
+namespace nightmap::join_octrees_test {
 
 using Path = std::filesystem::path;
 
@@ -92,5 +91,4 @@ TEST_F(JoinOctreesTest, TooManyUnreadableKeyframesFail) {
   EXPECT_EQ(Join({.max_failed_ratio = 0.4}), 0) << err_;
 }
 
-}  // namespace join_octrees_test
-}  // namespace nightmap
+}  // namespace nightmap::join_octrees_test

@@ -10,8 +10,7 @@
 #include "tests/stages/dense/map_frame/level_camera.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace accelerometer_test {
+namespace nightmap::accelerometer_test {
 
 // A camera that turns on its side while it walks, and what its accelerometer measures at 50 Hz.
 struct Walk {
@@ -61,5 +60,4 @@ TEST(UpFromAccelerometer, RefusesWhatShowsNoGravity) {
       DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: no sample");
 }
 
-}  // namespace accelerometer_test
-}  // namespace nightmap
+}  // namespace nightmap::accelerometer_test

@@ -14,8 +14,7 @@
 #include "stages/dense/map_frame/describe_floor.h"
 #include "stages/dense/map_frame/find_map_frame.h"
 
-namespace nightmap {
-namespace choose_floor_test {
+namespace nightmap::choose_floor_test {
 
 struct Slab {
   double height_m = 0;
@@ -271,5 +270,4 @@ TEST(DescribeFloor, SaysWhatItIs) {
       "z = 0 is the floor plane: 0.92 m2 seen by 12 keyframes, 1.40 m below the median camera");
 }
 
-}  // namespace choose_floor_test
-}  // namespace nightmap
+}  // namespace nightmap::choose_floor_test

@@ -11,8 +11,7 @@
 #include "stages/dense/map_frame/find_map_frame.h"
 #include "stages/dense/map_frame/up_candidates.h"
 
-namespace nightmap {
-namespace choose_up_test {
+namespace nightmap::choose_up_test {
 
 constexpr double kQuarter_rad = std::numbers::pi / 2;
 const Eigen::Vector3d kRoom_m(7, 5, 2.6);
@@ -238,5 +237,4 @@ TEST(UpWarning, NamesBothDirectionsWhereUpIsDoubtful) {
   EXPECT_EQ(Summarize(frame).at("up_warning"), warning);
 }
 
-}  // namespace choose_up_test
-}  // namespace nightmap
+}  // namespace nightmap::choose_up_test

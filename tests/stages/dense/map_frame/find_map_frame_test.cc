@@ -6,8 +6,7 @@
 #include "pipeline/base/random.h"
 #include "tests/stages/dense/map_frame/level_camera.h"
 
-namespace nightmap {
-namespace find_map_frame_test {
+namespace nightmap::find_map_frame_test {
 
 // Patches of a horizontal square at a height, facing up.
 void AddSquare(double height_m, double side_m, Random& random, std::vector<SurfacePatch>* patches) {
@@ -126,5 +125,4 @@ TEST(SamplePatches, NothingWhereNothingWasMeasured) {
   EXPECT_TRUE(SamplePatches(depth, camera, Rigid3(), 4).empty());
 }
 
-}  // namespace find_map_frame_test
-}  // namespace nightmap
+}  // namespace nightmap::find_map_frame_test

@@ -10,8 +10,7 @@
 #include "tests/stages/dense/map_frame/level_camera.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace map_frame_test {
+namespace nightmap::map_frame_test {
 
 constexpr int kNumFrames = 12;
 constexpr double kHeight_m = 1.1;
@@ -117,5 +116,4 @@ TEST(MapFrame, RefusesKeyframesOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, RunMapFrame({}, input, 1), "time 3.000000001 is no frame");
 }
 
-}  // namespace map_frame_test
-}  // namespace nightmap
+}  // namespace nightmap::map_frame_test

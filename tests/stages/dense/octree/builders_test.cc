@@ -11,8 +11,7 @@
 #include "tests/stages/dense/point_cloud/box_room.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace builders_test {
+namespace nightmap::builders_test {
 
 constexpr bool kFree = false;
 constexpr bool kOccupied = true;
@@ -231,5 +230,4 @@ TEST(Builders, ARegionNothingReachesIsEmpty) {
   EXPECT_EQ(result.num_rays, 0U);
 }
 
-}  // namespace builders_test
-}  // namespace nightmap
+}  // namespace nightmap::builders_test

@@ -9,8 +9,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/voxel_key.h"
 
-namespace nightmap {
-namespace occupancy_volume_test {
+namespace nightmap::occupancy_volume_test {
 
 constexpr double kResolution_m = 0.1;
 
@@ -151,5 +150,4 @@ TEST(OccupancyVolume, AMeasuredWhiteIsNoMissingColor) {
   EXPECT_EQ(grey.Mean(), (std::array<std::uint8_t, 3>{128, 127, 2}));
 }
 
-}  // namespace occupancy_volume_test
-}  // namespace nightmap
+}  // namespace nightmap::occupancy_volume_test

@@ -11,8 +11,7 @@
 #include "tests/stages/dense/point_cloud/box_room.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace octree_of_tiles_test {
+namespace nightmap::octree_of_tiles_test {
 
 // The room somewhere on the map, with what tiles are made of.
 struct Site {
@@ -234,5 +233,4 @@ TEST(VoxelsOf, TilesBeyondTheTreesReachAreEmpty) {
   EXPECT_FALSE(box.Contains({32767, 3, 3}));
 }
 
-}  // namespace octree_of_tiles_test
-}  // namespace nightmap
+}  // namespace nightmap::octree_of_tiles_test

@@ -11,8 +11,7 @@
 #include "tests/stages/dense/point_cloud/box_room.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace octree_test {
+namespace nightmap::octree_test {
 
 OctreeOptions TestOptions() {
   OctreeOptions options;
@@ -209,5 +208,4 @@ TEST(Octree, PosesBeyondTheTreesReachAreAnError) {
   EXPECT_THROW(MakeTree(TestOptions(), source), DataError);
 }
 
-}  // namespace octree_test
-}  // namespace nightmap
+}  // namespace nightmap::octree_test

@@ -9,8 +9,7 @@
 #include "pipeline/base/random.h"
 #include "stages/dense/octree/voxel_walk.h"
 
-namespace nightmap {
-namespace trace_rays_test {
+namespace nightmap::trace_rays_test {
 
 constexpr double kResolution_m = 0.1;
 
@@ -220,5 +219,4 @@ TEST(TraceRays, RegionsThatShareNothingSplitTheEvidence) {
   }
 }
 
-}  // namespace trace_rays_test
-}  // namespace nightmap
+}  // namespace nightmap::trace_rays_test

@@ -8,8 +8,7 @@
 #include "stages/dense/point_cloud/fuse_depth.h"
 #include "tests/stages/dense/point_cloud/box_room.h"
 
-namespace nightmap {
-namespace depth_consistency_test {
+namespace nightmap::depth_consistency_test {
 
 constexpr double kWall_m = 2.0;
 
@@ -208,5 +207,4 @@ TEST_F(FloatingPatch, UnreadableDepthSaysNothing) {
               0.01 * static_cast<double>(num_points));
 }
 
-}  // namespace depth_consistency_test
-}  // namespace nightmap
+}  // namespace nightmap::depth_consistency_test

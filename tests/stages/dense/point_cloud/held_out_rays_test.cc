@@ -5,8 +5,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace held_out_rays_test {
+namespace nightmap::held_out_rays_test {
 
 constexpr double kVoxel_m = 0.02;
 constexpr double kTolerance_m = 0.03;
@@ -104,5 +103,4 @@ TEST(HeldOutRays, AreCountedTheSameByAnyNumberOfThreads) {
   EXPECT_EQ(TestRays({}, cloud, kVoxel_m, 2).num_rays, 0U);
 }
 
-}  // namespace held_out_rays_test
-}  // namespace nightmap
+}  // namespace nightmap::held_out_rays_test

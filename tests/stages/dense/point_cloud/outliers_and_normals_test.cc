@@ -10,8 +10,7 @@
 #include "pipeline/geometry/voxel_key.h"
 #include "stages/dense/point_cloud/radius_neighbors.h"
 
-namespace nightmap {
-namespace outliers_and_normals_test {
+namespace nightmap::outliers_and_normals_test {
 
 constexpr double kVoxel_m = 0.02;
 
@@ -137,5 +136,4 @@ TEST(FitSurface, ThicknessIsTheNoiseOfThePlane) {
   EXPECT_NEAR(MedianThickness_m(doubled), 0.01, 0.001);
 }
 
-}  // namespace outliers_and_normals_test
-}  // namespace nightmap
+}  // namespace nightmap::outliers_and_normals_test

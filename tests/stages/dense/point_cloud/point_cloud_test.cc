@@ -11,8 +11,7 @@
 #include "stages/dense/join_clouds/join_clouds.h"
 #include "tests/stages/dense/point_cloud/box_room.h"
 
-namespace nightmap {
-namespace point_cloud_test {
+namespace nightmap::point_cloud_test {
 
 PointCloudOptions TestOptions() {
   PointCloudOptions options;
@@ -201,5 +200,4 @@ TEST(PointCloud, PosesFarOutAreAnError) {
   EXPECT_THROW(MakeCloud(TestOptions(), source), DataError);
 }
 
-}  // namespace point_cloud_test
-}  // namespace nightmap
+}  // namespace nightmap::point_cloud_test

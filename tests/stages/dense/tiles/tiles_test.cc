@@ -9,8 +9,7 @@
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace tiles_test {
+namespace nightmap::tiles_test {
 
 constexpr int kNumKeyframes = 60;
 
@@ -146,5 +145,4 @@ TEST(Tiles, ACameraThatSeesTooFarToTheSideIsRefused) {
   EXPECT_FALSE(RunTiles({}, {wide}, keyframes).empty());
 }
 
-}  // namespace tiles_test
-}  // namespace nightmap
+}  // namespace nightmap::tiles_test

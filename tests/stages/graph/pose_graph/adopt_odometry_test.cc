@@ -5,8 +5,7 @@
 #include "tests/stages/graph/pose_graph/circle_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace adopt_odometry_test {
+namespace nightmap::adopt_odometry_test {
 
 std::int64_t TimeAt(int node) { return 1'000'000'000LL * (node + 1); }
 
@@ -175,5 +174,4 @@ TEST(AdoptOdometry, AFalseLoopIsRefused) {
   EXPECT_LT(WorstError_m(result), WorstError_m(without) + 0.02);
 }
 
-}  // namespace adopt_odometry_test
-}  // namespace nightmap
+}  // namespace nightmap::adopt_odometry_test

@@ -5,8 +5,7 @@
 
 #include "tests/stages/graph/pose_graph/noisy_path.h"
 
-namespace nightmap {
-namespace drift_gate_test {
+namespace nightmap::drift_gate_test {
 
 // Mean squared distance of a true loop; `rename` numbers the frames.
 template <typename Rename>
@@ -59,5 +58,4 @@ TEST(DriftGate, AWrongPlaceIsFarAndALooseEdgeForgives) {
   EXPECT_LT(DriftGate(edges).Distance(loop), 3);
 }
 
-}  // namespace drift_gate_test
-}  // namespace nightmap
+}  // namespace nightmap::drift_gate_test

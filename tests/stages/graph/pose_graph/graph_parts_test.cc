@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace graph_parts_test {
+namespace nightmap::graph_parts_test {
 
 GraphEdge Edge(int a, int b, bool is_bridge, bool is_loop = false, double weight = 1) {
   GraphEdge edge{{a, b, Rigid3(), Matrix6d::Identity(), is_bridge}, is_loop};
@@ -56,5 +55,4 @@ TEST(GraphParts, OnlyABelievedLoopFromTheFirstToTheLastReturns) {
   EXPECT_FALSE(ReturnsToStart({Edge(0, 16, false, true)}, keyframes));
 }
 
-}  // namespace graph_parts_test
-}  // namespace nightmap
+}  // namespace nightmap::graph_parts_test

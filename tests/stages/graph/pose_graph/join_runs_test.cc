@@ -8,8 +8,7 @@
 #include "stages/graph/pose_graph/drift_gate.h"
 #include "tests/stages/graph/pose_graph/noisy_path.h"
 
-namespace nightmap {
-namespace join_runs_test {
+namespace nightmap::join_runs_test {
 
 constexpr double kMaxDrift = 10;
 
@@ -78,5 +77,4 @@ TEST(JoinRuns, WithoutBridgesNothingChanges) {
   for (std::size_t i = 0; i < tree.size(); ++i) EXPECT_EQ(tree[i].frame_b, odometry[i].frame_b);
 }
 
-}  // namespace join_runs_test
-}  // namespace nightmap
+}  // namespace nightmap::join_runs_test

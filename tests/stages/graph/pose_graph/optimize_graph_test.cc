@@ -10,8 +10,7 @@
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace optimize_graph_test {
+namespace nightmap::optimize_graph_test {
 
 constexpr int kNumPoses = 40;
 
@@ -106,5 +105,4 @@ TEST(OptimizeGraph, WithoutMemoryItIsAnError) {
       DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "was not optimized");
 }
 
-}  // namespace optimize_graph_test
-}  // namespace nightmap
+}  // namespace nightmap::optimize_graph_test

@@ -6,8 +6,7 @@
 #include "tests/stages/graph/pose_graph/circle_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace pose_graph_test {
+namespace nightmap::pose_graph_test {
 
 TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
   PoseGraphInput input = MakeInput();
@@ -126,5 +125,4 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
          "no edge joins the shard of frame 24 to the one before");
 }
 
-}  // namespace pose_graph_test
-}  // namespace nightmap
+}  // namespace nightmap::pose_graph_test

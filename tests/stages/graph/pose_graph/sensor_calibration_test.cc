@@ -10,8 +10,7 @@
 #include "tests/stages/graph/pose_graph/wheeled_robot.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace sensor_calibration_test {
+namespace nightmap::sensor_calibration_test {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kNumSeeds = 5;
@@ -157,5 +156,4 @@ TEST(SensorCalibration, AMountingWithoutACameraOfTheFramesIsRefused) {
       DataError, Optimize(input), "robot_from_camera of 1 cameras, but the frames are of 2");
 }
 
-}  // namespace sensor_calibration_test
-}  // namespace nightmap
+}  // namespace nightmap::sensor_calibration_test

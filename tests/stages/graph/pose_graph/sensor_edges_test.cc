@@ -6,8 +6,7 @@
 #include "tests/stages/graph/pose_graph/circle_scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace sensor_edges_test {
+namespace nightmap::sensor_edges_test {
 
 constexpr int kLost = 12;   // first frame without a pair
 constexpr int kFound = 18;  // keyframe of a part of its own
@@ -229,5 +228,4 @@ TEST(SensorEdges, EdgesOfOtherFramesAreRefused) {
       DataError, Optimize(input), "sensor 'wheels' between frames 8 and 9 overlaps");
 }
 
-}  // namespace sensor_edges_test
-}  // namespace nightmap
+}  // namespace nightmap::sensor_edges_test

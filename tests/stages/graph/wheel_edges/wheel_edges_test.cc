@@ -4,8 +4,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace wheel_edges_test {
+namespace nightmap::wheel_edges_test {
 
 // Ten frames at 10 Hz, the last five of another recording; two sensors that count on all the time.
 WheelEdgesInput MakeInput() {
@@ -58,5 +57,4 @@ TEST(WheelEdgesStage, WithoutOdometryOrTimesInCommonTheRemedyIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, RunWheelEdges({}, input), "add a [[sensor]]");
 }
 
-}  // namespace wheel_edges_test
-}  // namespace nightmap
+}  // namespace nightmap::wheel_edges_test

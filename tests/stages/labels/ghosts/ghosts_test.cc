@@ -5,8 +5,7 @@
 
 #include "pipeline/base/error.h"
 
-namespace nightmap {
-namespace ghosts_test {
+namespace nightmap::ghosts_test {
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
@@ -132,5 +131,4 @@ TEST_F(GhostsTest, IsTheSameAtAnyNumberOfThreads) {
   for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(one.masks[k]->runs, four.masks[k]->runs);
 }
 
-}  // namespace ghosts_test
-}  // namespace nightmap
+}  // namespace nightmap::ghosts_test

@@ -15,8 +15,7 @@
 #include "pipeline/dense/octree_reader.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace join_labels_test {
+namespace nightmap::join_labels_test {
 
 constexpr double kResolution_m = 0.1;
 const std::vector<Rgb> kPalette = {{0, 0, 0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
@@ -215,5 +214,4 @@ TEST(Legend, HasNamesColorsAndNumbers) {
   EXPECT_EQ(legend["classes"][2]["num_voxels"], 1);
 }
 
-}  // namespace join_labels_test
-}  // namespace nightmap
+}  // namespace nightmap::join_labels_test

@@ -7,8 +7,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace palette_test {
+namespace nightmap::palette_test {
 
 TEST(Palette, IsThatOfPascalVocUnlessGiven) {
   const auto voc = MakePalette({}, 16);
@@ -35,5 +34,4 @@ TEST(Palette, MustHaveAColorPerClass) {
   }
 }
 
-}  // namespace palette_test
-}  // namespace nightmap
+}  // namespace nightmap::palette_test

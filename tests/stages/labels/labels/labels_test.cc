@@ -5,8 +5,7 @@
 #include "tests/labels/fake_labels.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace labels_test {
+namespace nightmap::labels_test {
 
 const std::vector<FrameRecord> kFrames = FramesToLabel(12);
 
@@ -56,5 +55,4 @@ TEST(RunLabels, LeavesOutFramesWithoutALabelPicture) {
   EXPECT_EQ(labelled.Masks()[0].time_ns, frames[5].time_ns);
 }
 
-}  // namespace labels_test
-}  // namespace nightmap
+}  // namespace nightmap::labels_test

@@ -10,8 +10,7 @@
 #include "pipeline/camera/follow_corners.h"
 #include "stages/labels/moving/small_frame.h"
 
-namespace nightmap {
-namespace epipolar_check_test {
+namespace nightmap::epipolar_check_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -106,5 +105,4 @@ inline Picture See(const SmallCamera& camera, const View& view) {
   return picture;
 }
 
-}  // namespace epipolar_check_test
-}  // namespace nightmap
+}  // namespace nightmap::epipolar_check_test

@@ -11,8 +11,7 @@
 #include "pipeline/base/parallel.h"
 #include "tests/stages/labels/moving/board_scene.h"
 
-namespace nightmap {
-namespace epipolar_check_test {
+namespace nightmap::epipolar_check_test {
 
 // Moving points, as shares of the corners on the mover and of all others.
 struct Shares {
@@ -190,5 +189,4 @@ TEST_F(EpipolarCheckTest, LabelsDecideWhereThereAreTooFewPairs) {
   EXPECT_EQ(decide(&before.frame), 1);
 }
 
-}  // namespace epipolar_check_test
-}  // namespace nightmap
+}  // namespace nightmap::epipolar_check_test

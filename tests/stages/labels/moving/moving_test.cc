@@ -9,8 +9,7 @@
 #include "pipeline/base/random.h"
 #include "stages/labels/moving/moving_output.h"
 
-namespace nightmap {
-namespace moving_test {
+namespace nightmap::moving_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -262,5 +261,4 @@ TEST_F(MovingTest, SequencesAreNotCompared) {
   EXPECT_EQ(Run().num_pairs, kNumFrames - 2);
 }
 
-}  // namespace moving_test
-}  // namespace nightmap
+}  // namespace nightmap::moving_test

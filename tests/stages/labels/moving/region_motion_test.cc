@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace region_motion_test {
+namespace nightmap::region_motion_test {
 
 using Side = std::vector<RegionScore>;
 
@@ -94,5 +93,4 @@ TEST(RegionMotionTest, AScrapIsNotTheWhole) {
   EXPECT_EQ(SameOf({1, 1, 1, 1}, {1, 0, 0, 0}), std::vector{0});
 }
 
-}  // namespace region_motion_test
-}  // namespace nightmap
+}  // namespace nightmap::region_motion_test

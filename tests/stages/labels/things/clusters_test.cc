@@ -6,8 +6,7 @@
 
 #include <map>
 
-namespace nightmap {
-namespace clusters_test {
+namespace nightmap::clusters_test {
 
 // Voxels by class, in the order of the format.
 class VoxelBoxes {
@@ -114,5 +113,4 @@ TEST(FindClusters, SameAtAnyNumberOfThreads) {
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].voxels, four[i].voxels);
 }
 
-}  // namespace clusters_test
-}  // namespace nightmap
+}  // namespace nightmap::clusters_test

@@ -6,8 +6,7 @@
 #include <map>
 #include <optional>
 
-namespace nightmap {
-namespace complete_box_test {
+namespace nightmap::complete_box_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr std::uint8_t kSofa = 0, kTable = 1, kWall = 2;
@@ -114,5 +113,4 @@ TEST_F(CompleteBoxTest, ATopOnLegsIsLoweredAndOtherThingsHideIt) {
   EXPECT_NEAR(extent.max().x(), 9 * kVoxel_m, kVoxel_m);
 }
 
-}  // namespace complete_box_test
-}  // namespace nightmap
+}  // namespace nightmap::complete_box_test

@@ -4,8 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace nightmap {
-namespace join_parts_test {
+namespace nightmap::join_parts_test {
 
 // One voxel of 5 cm per key, and clusters of consecutive ones.
 VoxelLabels RowOf(int count) {
@@ -47,5 +46,4 @@ TEST(JoinParts, OtherClassesAndOtherPlacesStayApart) {
   EXPECT_EQ(apart[0].voxels.front(), 0U);  // in order of first voxel, not of size
 }
 
-}  // namespace join_parts_test
-}  // namespace nightmap
+}  // namespace nightmap::join_parts_test

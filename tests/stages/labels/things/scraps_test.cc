@@ -5,8 +5,7 @@
 
 #include <map>
 
-namespace nightmap {
-namespace scraps_test {
+namespace nightmap::scraps_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr std::uint8_t kFloor = 1, kSofa = 2, kTable = 3;
@@ -94,5 +93,4 @@ TEST(IsLeg, IsThinAndHigh) {
   EXPECT_FALSE(IsLegOf(4, 20));
 }
 
-}  // namespace scraps_test
-}  // namespace nightmap
+}  // namespace nightmap::scraps_test

@@ -6,8 +6,7 @@
 
 #include <map>
 
-namespace nightmap {
-namespace split_steps_test {
+namespace nightmap::split_steps_test {
 
 constexpr double kVoxel_m = 0.05;
 
@@ -79,5 +78,4 @@ TEST_F(SplitStepsTest, WhatNobodyLookedUpToIsNoTop) {
   EXPECT_EQ(SizesOfParts().size(), 1U);
 }
 
-}  // namespace split_steps_test
-}  // namespace nightmap
+}  // namespace nightmap::split_steps_test

@@ -11,8 +11,7 @@
 #include "tests/stages/labels/things/seen_room.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace things_test {
+namespace nightmap::things_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -247,5 +246,4 @@ TEST_P(PartlySeenTest, TheBoxIsLikeTheThing) {
 
 INSTANTIATE_TEST_SUITE_P(Random, PartlySeenTest, testing::Range(0, 16));
 
-}  // namespace things_test
-}  // namespace nightmap
+}  // namespace nightmap::things_test

@@ -6,8 +6,7 @@
 
 #include <map>
 
-namespace nightmap {
-namespace tops_test {
+namespace nightmap::tops_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr std::uint8_t kTable = 1, kShelf = 2;
@@ -124,5 +123,4 @@ TEST_F(TopsTest, AMiddlePartJoinsBothEnds) {
   EXPECT_TRUE(std::ranges::is_sorted(joined[0].voxels));
 }
 
-}  // namespace tops_test
-}  // namespace nightmap
+}  // namespace nightmap::tops_test

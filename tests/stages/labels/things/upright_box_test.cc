@@ -10,8 +10,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/voxel_key.h"
 
-namespace nightmap {
-namespace upright_box_test {
+namespace nightmap::upright_box_test {
 
 constexpr double kResolution_m = 0.05;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -97,5 +96,4 @@ TEST(FitBox, OneVoxelIsABox) {
   EXPECT_LT((box.Centre() - Eigen::Vector2d(1, 2)).norm(), 1e-12);
 }
 
-}  // namespace upright_box_test
-}  // namespace nightmap
+}  // namespace nightmap::upright_box_test

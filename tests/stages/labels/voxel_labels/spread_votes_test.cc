@@ -11,8 +11,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/voxel_key.h"
 
-namespace nightmap {
-namespace spread_votes_test {
+namespace nightmap::spread_votes_test {
 
 using Votes = std::vector<float>;
 
@@ -123,5 +122,4 @@ TEST(SpreadVotes, WhereNobodySawAnythingNothingIsSaid) {
   EXPECT_THAT(table.weights, testing::Each(0.0F));
 }
 
-}  // namespace spread_votes_test
-}  // namespace nightmap
+}  // namespace nightmap::spread_votes_test

@@ -10,8 +10,7 @@
 #include "tests/stages/dense/point_cloud/box_room.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace voxel_labels_test {
+namespace nightmap::voxel_labels_test {
 
 const std::vector<std::string> kClasses = {"none", "low", "high"};
 
@@ -246,5 +245,4 @@ TEST(OccupiedVoxels, OfALeafThatNoTileHoldsAreNotCounted) {
                         "huge.ot: an occupied leaf of 1638.4 m is larger than a tile");
 }
 
-}  // namespace voxel_labels_test
-}  // namespace nightmap
+}  // namespace nightmap::voxel_labels_test

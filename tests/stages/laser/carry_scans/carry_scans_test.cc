@@ -6,8 +6,7 @@
 #include "pipeline/base/input_error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace carry_scans_test {
+namespace nightmap::carry_scans_test {
 
 constexpr int kNumScans = 21;
 constexpr int kScansPerKeyscan = 5;
@@ -110,5 +109,4 @@ TEST(CarryScans, KeyscansThatAreNoScansAreRefused) {
   NIGHTMAP_EXPECT_ERROR(InputError, RunCarryScans({Scans(), {}}), "holds no keyscan");
 }
 
-}  // namespace carry_scans_test
-}  // namespace nightmap
+}  // namespace nightmap::carry_scans_test

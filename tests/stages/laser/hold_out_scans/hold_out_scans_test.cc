@@ -11,8 +11,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace hold_out_scans_test {
+namespace nightmap::hold_out_scans_test {
 
 const Building kHall = {{{-12, -8}, {12, 8}}, {{-3, -2}, {4, 3}}};
 
@@ -164,5 +163,4 @@ TEST(HoldOutScans, TheScannerIsTheOneThatIsNamed) {
   EXPECT_EQ(RunHoldOutScans(options, input).mapped[0].sensor_id, "rear");
 }
 
-}  // namespace hold_out_scans_test
-}  // namespace nightmap
+}  // namespace nightmap::hold_out_scans_test

@@ -6,8 +6,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace import_poses_test {
+namespace nightmap::import_poses_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
@@ -63,5 +62,4 @@ TEST(ImportPoses, ReadsTrajectoriesAndCorrectedLogs) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadGivenPoses({}, folder.Path() / "b.log"), "b.log");
 }
 
-}  // namespace import_poses_test
-}  // namespace nightmap
+}  // namespace nightmap::import_poses_test

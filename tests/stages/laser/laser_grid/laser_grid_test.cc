@@ -8,8 +8,7 @@
 #include "pipeline/base/input_error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace laser_grid_test {
+namespace nightmap::laser_grid_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr double kWall_m = 3.02;  // the wall stands at x = 3.02 in the map
@@ -178,5 +177,4 @@ TEST(LaserGrid, SaysWhatToDoWhenNoScanCanBeUsed) {
                         "scans: no beam of 20 scans hit anything");
 }
 
-}  // namespace laser_grid_test
-}  // namespace nightmap
+}  // namespace nightmap::laser_grid_test

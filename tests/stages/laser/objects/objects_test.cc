@@ -7,8 +7,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace objects_test {
+namespace nightmap::objects_test {
 
 // A corridor along x, 16 m long and 3.2 m wide, in a grid with a margin of unknown cells. Its ends
 // are open, so that its straight walls have no corner.
@@ -211,5 +210,4 @@ TEST(Objects, AreDrawnOnTheMap) {
   EXPECT_GT(num_reds(DrawObjects(grid, Propose(grid).objects)), 200);
 }
 
-}  // namespace objects_test
-}  // namespace nightmap
+}  // namespace nightmap::objects_test

@@ -9,8 +9,7 @@
 #include "pipeline/recording/scan_points.h"
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace compare_scans_test {
+namespace nightmap::compare_scans_test {
 
 constexpr double kSigma_m = 0.03;
 constexpr double kStep = 1e-6;
@@ -169,5 +168,4 @@ TEST(CompareScans, ADistantWallOrTheOtherSideOfAPartitionMatchesNothing) {
   }
 }
 
-}  // namespace compare_scans_test
-}  // namespace nightmap
+}  // namespace nightmap::compare_scans_test

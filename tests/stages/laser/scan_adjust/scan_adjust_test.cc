@@ -6,8 +6,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_adjust_test {
+namespace nightmap::scan_adjust_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -237,5 +236,4 @@ TEST(ScanAdjust, InputsThatDoNotFitAreRefused) {
       "scan_adjust.scan_sensor is 'rear': choose one of the sensors that scan: laser");
 }
 
-}  // namespace scan_adjust_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_adjust_test

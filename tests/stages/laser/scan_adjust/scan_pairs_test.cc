@@ -8,8 +8,7 @@
 
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace scan_pairs_test {
+namespace nightmap::scan_pairs_test {
 
 using Pairs = std::set<std::pair<std::size_t, std::size_t>>;
 
@@ -77,5 +76,4 @@ TEST(ScanPairs, OfOtherTimesTheNearest) {
   EXPECT_EQ(PairsOf(poses, options).size(), 2 * (poses.size() - 1));
 }
 
-}  // namespace scan_pairs_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_pairs_test

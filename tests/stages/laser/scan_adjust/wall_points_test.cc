@@ -5,8 +5,7 @@
 
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace wall_points_test {
+namespace nightmap::wall_points_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -94,5 +93,4 @@ TEST(WallPoints, ClutterIsNoWallAndNoiseOfARangeIs) {
   }
 }
 
-}  // namespace wall_points_test
-}  // namespace nightmap
+}  // namespace nightmap::wall_points_test

@@ -10,8 +10,7 @@
 #include "stages/laser/scan_localize/scan_localize.h"
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace published_test {
+namespace nightmap::published_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -315,5 +314,4 @@ TEST(ScanLocalize, PublishedIsTheSameAtAnyNumberOfThreads) {
   }
 }
 
-}  // namespace published_test
-}  // namespace nightmap
+}  // namespace nightmap::published_test

@@ -10,8 +10,7 @@
 #include "tests/stages/laser/scan_localize/scan_world.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_localize_test {
+namespace nightmap::scan_localize_test {
 
 const OccupancyGrid& RoomsMap() {
   static const OccupancyGrid map = MapOf(kRooms, PlacesIn(kRooms, 1));
@@ -219,5 +218,4 @@ TEST(ScanLocalize, CandidatesAreApartAndInTheOrderOfTheirFit) {
   }
 }
 
-}  // namespace scan_localize_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_localize_test

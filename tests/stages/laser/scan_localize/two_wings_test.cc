@@ -10,8 +10,7 @@
 #include "stages/laser/scan_localize/scan_localize.h"
 #include "tests/stages/laser/scan_localize/scan_world.h"
 
-namespace nightmap {
-namespace two_wings_test {
+namespace nightmap::two_wings_test {
 
 constexpr std::size_t kNumScans = 240;
 constexpr double kWest_m = -14;  // where the western wing begins; it is 8 m wide
@@ -179,5 +178,4 @@ TEST(TwoWings, ARoughPositionTellsTheWingsApart) {
   EXPECT_GE(outcome.num_located, 0.95 * kNumScans);
 }
 
-}  // namespace two_wings_test
-}  // namespace nightmap
+}  // namespace nightmap::two_wings_test

@@ -5,8 +5,7 @@
 
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace doubtful_loops_test {
+namespace nightmap::doubtful_loops_test {
 
 // Keyscans every 2 m along x, whose motions are known to 1 mm.
 struct Drive {
@@ -66,5 +65,4 @@ TEST(DoubtfulLoops, OtherQueriesDoNotMatter) {
   EXPECT_EQ(NumLoops({Found(1, 4, 0.8), other}), 1U);
 }
 
-}  // namespace doubtful_loops_test
-}  // namespace nightmap
+}  // namespace nightmap::doubtful_loops_test

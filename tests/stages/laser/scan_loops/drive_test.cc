@@ -3,8 +3,7 @@
 
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace drive_test {
+namespace nightmap::drive_test {
 
 struct Path {
   std::vector<Keyscan> keyscans;
@@ -82,5 +81,4 @@ TEST(DriftSums, NothingDriftsFromAKeyscanToItself) {
   EXPECT_EQ(drift.variance_rad2, 0);
 }
 
-}  // namespace drive_test
-}  // namespace nightmap
+}  // namespace nightmap::drive_test

@@ -7,8 +7,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_loops_test {
+namespace nightmap::scan_loops_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -255,5 +254,4 @@ TEST(ScanLoops, InputsThatDoNotFitAreRefused) {
       UsageError, Find(input), "scan_loops.scan_sensor is '': choose one of the sensors");
 }
 
-}  // namespace scan_loops_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_loops_test

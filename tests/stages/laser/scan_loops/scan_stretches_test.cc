@@ -9,8 +9,7 @@
 
 #include "tests/laser_building.h"
 
-namespace nightmap {
-namespace scan_stretches_test {
+namespace nightmap::scan_stretches_test {
 
 constexpr double kStep_m = 0.25;
 
@@ -183,5 +182,4 @@ TEST(ScanStretches, AfterAnUnknownMotionSomeQueriesTryAllSubmapsBefore) {
   for (const auto& [query, num] : num_before) EXPECT_GE(num, 3U) << query;
 }
 
-}  // namespace scan_stretches_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_stretches_test

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace nightmap {
-namespace unique_pose_test {
+namespace nightmap::unique_pose_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -63,5 +62,4 @@ TEST(UniquePose, WhatFitsNowhereIsNotFound) {
   EXPECT_FALSE(Search(RoomAt({0, 0}, false), {{0.3, 0}, {0.5, 0.9}, {-0.7, 0.4}, {0, -0.6}}, 0.9));
 }
 
-}  // namespace unique_pose_test
-}  // namespace nightmap
+}  // namespace nightmap::unique_pose_test

@@ -7,8 +7,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace bare_corridor_test {
+namespace nightmap::bare_corridor_test {
 
 // Two rooms of 10 x 6 m, and 30 m of corridor, 2 m wide, between them.
 const Building kRooms{{{-10, -3}, {40, 3}},
@@ -107,5 +106,4 @@ TEST(BareCorridor, TheEdgesAreUncertainAlongIt) {
   EXPECT_GT(num, 50);
 }
 
-}  // namespace bare_corridor_test
-}  // namespace nightmap
+}  // namespace nightmap::bare_corridor_test

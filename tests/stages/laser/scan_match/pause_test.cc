@@ -7,8 +7,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace pause_test {
+namespace nightmap::pause_test {
 
 // A hall in the shape of an L, which fits to itself at no other place, and a room that the hall's
 // scans cannot see.
@@ -68,5 +67,4 @@ TEST(ScanMatchPause, ElsewhereAPartOfItsOwnBegins) {
   }
 }
 
-}  // namespace pause_test
-}  // namespace nightmap
+}  // namespace nightmap::pause_test

@@ -10,8 +10,7 @@
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_match_test {
+namespace nightmap::scan_match_test {
 
 constexpr int kNumScans = 120;
 
@@ -287,5 +286,4 @@ TEST(ScanMatch, OdometryIsTheOnlyOneOrTheNamedOneOrNone) {
   EXPECT_EQ(Match(input, options).odometry_sensor, "gyro");
 }
 
-}  // namespace scan_match_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_match_test

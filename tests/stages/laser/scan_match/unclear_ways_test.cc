@@ -5,8 +5,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace unclear_ways_test {
+namespace nightmap::unclear_ways_test {
 
 constexpr double kRate_hz = 5;
 constexpr double kStep_m = 0.1;
@@ -91,5 +90,4 @@ TEST(UnclearWays, ScalingKeepsTheWayAcross) {
   EXPECT_LT((scans.back().start_from_robot.translation - end.translation).norm(), 1e-9);
 }
 
-}  // namespace unclear_ways_test
-}  // namespace nightmap
+}  // namespace nightmap::unclear_ways_test

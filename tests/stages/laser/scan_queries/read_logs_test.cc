@@ -8,8 +8,7 @@
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace read_logs_test {
+namespace nightmap::read_logs_test {
 
 // n ranges x y theta odom_x odom_y odom_theta time host logger_time
 constexpr const char* kLog =
@@ -183,5 +182,4 @@ TEST_F(ReadLogs, TooManyBadLinesAreAnError) {
                         "more than max_failed_ratio = 0.2: repair the file or correct s.toml:9");
 }
 
-}  // namespace read_logs_test
-}  // namespace nightmap
+}  // namespace nightmap::read_logs_test

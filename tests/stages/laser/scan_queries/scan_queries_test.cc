@@ -8,8 +8,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace scan_queries_test {
+namespace nightmap::scan_queries_test {
 
 constexpr double kStep_rad = M_PI / 180;
 
@@ -93,5 +92,4 @@ TEST(ScanQueries, ARobotThatDroveDidNotTurnOnTheSpot) {
   EXPECT_EQ(RunScanQueries(options, {log}).at(0).scans.size(), 2U);
 }
 
-}  // namespace scan_queries_test
-}  // namespace nightmap
+}  // namespace nightmap::scan_queries_test

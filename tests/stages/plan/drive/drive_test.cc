@@ -16,8 +16,7 @@
 #include "tests/stages/plan/drive/random_path.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace drive_test {
+namespace nightmap::drive_test {
 
 void Block(OccupancyGrid& grid, int x0, int y0, int x1, int y1) {
   for (int y = y0; y < y1; ++y) {
@@ -348,5 +347,4 @@ TEST(DriveOptions, SurviveToml) {
   EXPECT_EQ(list.ToToml(), toml);
 }
 
-}  // namespace drive_test
-}  // namespace nightmap
+}  // namespace nightmap::drive_test

@@ -10,8 +10,7 @@
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace gif_io_test {
+namespace nightmap::gif_io_test {
 
 constexpr int kWidth = 40, kHeight = 20;
 
@@ -71,5 +70,4 @@ TEST(GifIo, MistakesAreErrors) {
   EXPECT_FALSE(std::filesystem::exists(folder / "c.gif"));
 }
 
-}  // namespace gif_io_test
-}  // namespace nightmap
+}  // namespace nightmap::gif_io_test

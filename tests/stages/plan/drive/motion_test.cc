@@ -8,8 +8,7 @@
 
 #include "pipeline/base/random.h"
 
-namespace nightmap {
-namespace motion_test {
+namespace nightmap::motion_test {
 
 PlanarPose DrawPose(Random& random) {
   return {{random.Uniform(-5, 5), random.Uniform(-5, 5)}, random.Uniform(-3, 3)};
@@ -145,5 +144,4 @@ TEST(Motion, SpeedToStopWithinStopsThere) {
   EXPECT_EQ(SpeedToStopWithin(-1, 1, 0.1), 0);
 }
 
-}  // namespace motion_test
-}  // namespace nightmap
+}  // namespace nightmap::motion_test

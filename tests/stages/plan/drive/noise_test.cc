@@ -11,8 +11,7 @@
 #include "tests/stages/plan/drive/random_path.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace noise_test {
+namespace nightmap::noise_test {
 
 constexpr NoiseOptions kSmall{0.05, 0.01, 0.01, 1, 0};
 
@@ -207,5 +206,4 @@ TEST(NoisyDrive, ToleranceIsOfTheTruePose) {
   EXPECT_GE(num_off, 3);
 }
 
-}  // namespace noise_test
-}  // namespace nightmap
+}  // namespace nightmap::noise_test

@@ -6,8 +6,7 @@
 #include "stages/plan/drive/path_track.h"
 #include "tests/stages/plan/drive/random_path.h"
 
-namespace nightmap {
-namespace path_track_test {
+namespace nightmap::path_track_test {
 
 TEST(MoveOffObstacles, MakesRoomWithoutGoingFar) {
   constexpr double kMargin_m = 0.02;
@@ -72,5 +71,4 @@ TEST(PathTrack, OnePointIsATrackToo) {
   EXPECT_EQ(track.Nearest_m({5, 5}, 0, 0), 0);
 }
 
-}  // namespace path_track_test
-}  // namespace nightmap
+}  // namespace nightmap::path_track_test

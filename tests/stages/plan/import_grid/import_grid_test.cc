@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace import_grid_test {
+namespace nightmap::import_grid_test {
 
 // A corridor of 20 m x 2 m along x, free inside, from (1, 2) on.
 OccupancyGrid Corridor(double yaw_rad) {
@@ -73,5 +72,4 @@ TEST(ImportGrid, RefusesAMapThatIsElsewhere) {
       DataError, CheckPlace(unknown, Drive(0), "map.yaml"), "give its origin [x, y, yaw]");
 }
 
-}  // namespace import_grid_test
-}  // namespace nightmap
+}  // namespace nightmap::import_grid_test

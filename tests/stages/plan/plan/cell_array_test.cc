@@ -6,8 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace nightmap {
-namespace cell_array_test {
+namespace nightmap::cell_array_test {
 
 TEST(SquareOrder, NumbersEachCellOnceAndBack) {
   for (const auto& [width, height] : {std::pair{1, 1}, {16, 16}, {15, 33}, {70, 5}, {129, 40}}) {
@@ -33,5 +32,4 @@ TEST(SquareOrder, CellsOfASquareAreTogether) {
   }
 }
 
-}  // namespace cell_array_test
-}  // namespace nightmap
+}  // namespace nightmap::cell_array_test

@@ -5,8 +5,7 @@
 
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace cost_map_test {
+namespace nightmap::cost_map_test {
 
 // Distance between the squares of two cells.
 double SquareDistance_m(const OccupancyGrid& grid, std::size_t a, std::size_t b) {
@@ -134,5 +133,4 @@ TEST(CostMap, SameAtAnyNumberOfThreads) {
   EXPECT_EQ(MakeCostMap(grid, {}, 0.2, 1).costs, MakeCostMap(grid, {}, 0.2, 4).costs);
 }
 
-}  // namespace cost_map_test
-}  // namespace nightmap
+}  // namespace nightmap::cost_map_test

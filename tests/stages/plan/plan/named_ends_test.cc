@@ -9,8 +9,7 @@
 #include "tests/stages/plan/plan/scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace named_ends_test {
+namespace nightmap::named_ends_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -133,5 +132,4 @@ TEST(NamedEnds, UnknownObjectsNameTheKnownOnes) {
   }
 }
 
-}  // namespace named_ends_test
-}  // namespace nightmap
+}  // namespace nightmap::named_ends_test

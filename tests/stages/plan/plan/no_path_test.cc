@@ -15,8 +15,7 @@
 #include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace no_path_test {
+namespace nightmap::no_path_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -180,5 +179,4 @@ TEST(Holes, AreCrossedUnlessTheyCountAsWalls) {
   EXPECT_THAT(ErrorOf(options, On(grid)), HasSubstr("no path"));
 }
 
-}  // namespace no_path_test
-}  // namespace nightmap
+}  // namespace nightmap::no_path_test

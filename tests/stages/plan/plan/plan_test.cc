@@ -18,8 +18,7 @@
 #include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace plan_test {
+namespace nightmap::plan_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -775,5 +774,4 @@ TEST(PlanOptions, SurviveToml) {
   EXPECT_EQ(list.ToToml(), toml);
 }
 
-}  // namespace plan_test
-}  // namespace nightmap
+}  // namespace nightmap::plan_test

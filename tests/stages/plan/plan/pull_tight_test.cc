@@ -13,8 +13,7 @@
 #include "tests/stages/plan/plan/reference_path.h"
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace pull_tight_test {
+namespace nightmap::pull_tight_test {
 
 // test(map, path) for the cheapest path between random ends of each of 300 small random maps, where
 // there is one.
@@ -161,5 +160,4 @@ TEST(Relax, TightPathsAreNearTheOptimum) {
   }
 }
 
-}  // namespace pull_tight_test
-}  // namespace nightmap
+}  // namespace nightmap::pull_tight_test

@@ -14,8 +14,7 @@
 #include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace random_paths_test {
+namespace nightmap::random_paths_test {
 
 constexpr int kNumPairs = 1000;
 constexpr double kRadius_m = 0.2;
@@ -171,5 +170,4 @@ TEST(RandomPaths, RoomsSomeOfThemClosed) {
   EXPECT_GT(counts.num_points, 10000);
 }
 
-}  // namespace random_paths_test
-}  // namespace nightmap
+}  // namespace nightmap::random_paths_test

@@ -11,8 +11,7 @@
 #include "tests/stages/plan/plan/reference_path.h"
 #include "tests/stages/plan/plan/scene.h"
 
-namespace nightmap {
-namespace theta_star_test {
+namespace nightmap::theta_star_test {
 
 TEST(BlockField, ReachesWhatTheFloodReaches) {
   int num_cut_off = 0;
@@ -181,5 +180,4 @@ TEST(AnyAngle, IsShorterThanAStarAndSearchesLess) {
   EXPECT_LT(num_any_angle, num_grid / 4);
 }
 
-}  // namespace theta_star_test
-}  // namespace nightmap
+}  // namespace nightmap::theta_star_test

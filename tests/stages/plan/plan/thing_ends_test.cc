@@ -14,8 +14,7 @@
 #include "tests/stages/plan/plan/scene.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace thing_ends_test {
+namespace nightmap::thing_ends_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -333,5 +332,4 @@ TEST(ThingEnds, RandomThingsAreReachedAtTheirFrontIfTheyCan) {
   EXPECT_GT(num_elsewhere, 0);
 }
 
-}  // namespace thing_ends_test
-}  // namespace nightmap
+}  // namespace nightmap::thing_ends_test

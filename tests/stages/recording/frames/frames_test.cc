@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace frames_test {
+namespace nightmap::frames_test {
 
 constexpr std::int64_t kPeriod_ns = 50'000'000;
 
@@ -246,5 +245,4 @@ TEST(FramesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 
-}  // namespace frames_test
-}  // namespace nightmap
+}  // namespace nightmap::frames_test

@@ -6,8 +6,7 @@
 #include "stages/recording/frames/frames.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace real_sites_test {
+namespace nightmap::real_sites_test {
 
 struct RealSite {
   const char* name;
@@ -39,5 +38,4 @@ INSTANTIATE_TEST_SUITE_P(Sites,
                                          RealSite{"tum_fr1_xyz_15hz", 399, 0, 397}),
                          [](const auto& param) { return param.param.name; });
 
-}  // namespace real_sites_test
-}  // namespace nightmap
+}  // namespace nightmap::real_sites_test

@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace robot_truth_test {
+namespace nightmap::robot_truth_test {
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
@@ -111,5 +110,4 @@ TEST_F(RobotTruthTest, WhatHoldsNoTruthIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, Take(), "truth.tum:1: ");
 }
 
-}  // namespace robot_truth_test
-}  // namespace nightmap
+}  // namespace nightmap::robot_truth_test

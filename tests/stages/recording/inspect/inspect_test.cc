@@ -7,8 +7,7 @@
 #include "pipeline/io/image_io.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace inspect_test {
+namespace nightmap::inspect_test {
 
 TEST(DescribeTimes, RateGapsAndExtent) {
   std::vector<std::int64_t> times_ns;
@@ -99,5 +98,4 @@ TEST_F(InspectTest, ScansAreDescribedByTheirBeams) {
   EXPECT_EQ(series.at(1).count, 0u);
 }
 
-}  // namespace inspect_test
-}  // namespace nightmap
+}  // namespace nightmap::inspect_test

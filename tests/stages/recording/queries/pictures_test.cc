@@ -13,8 +13,7 @@
 #include "stages/recording/queries/queries.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace pictures_test {
+namespace nightmap::pictures_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr const char* kCsvHeader = "picture,width,height,fx,fy,cx,cy,k1,k2,p1,p2,k3\n";
@@ -381,5 +380,4 @@ TEST_F(PicturesTest, APictureOfAnotherSizeThanItsCameraIsAProblem) {
       testing::HasSubstr("64 x 48 pixels, its camera has 32 x 24: pictures of another size"));
 }
 
-}  // namespace pictures_test
-}  // namespace nightmap
+}  // namespace nightmap::pictures_test

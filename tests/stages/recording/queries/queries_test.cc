@@ -6,8 +6,7 @@
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
-namespace nightmap {
-namespace queries_test {
+namespace nightmap::queries_test {
 
 FrameRecord HeldOut(int frame_idx, std::int64_t time_ns) {
   FrameRecord frame;
@@ -71,5 +70,4 @@ TEST(QueriesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 
-}  // namespace queries_test
-}  // namespace nightmap
+}  // namespace nightmap::queries_test

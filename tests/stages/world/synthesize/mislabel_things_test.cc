@@ -13,8 +13,7 @@
 #include "pipeline/world/route.h"
 #include "pipeline/world/true_things.h"
 
-namespace nightmap {
-namespace mislabel_things_test {
+namespace nightmap::mislabel_things_test {
 
 const SyntheticWorld& World() {
   static const SyntheticWorld world = [] {
@@ -117,5 +116,4 @@ TEST(MislabelThings, NoneAtRatioZeroAndAllAtOne) {
   }
 }
 
-}  // namespace mislabel_things_test
-}  // namespace nightmap
+}  // namespace nightmap::mislabel_things_test

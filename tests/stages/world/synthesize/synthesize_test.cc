@@ -20,8 +20,7 @@
 #include "stages/world/synthesize/write_site.h"
 #include "tests/stages/world/synthesize/small_site.h"
 
-namespace nightmap {
-namespace synthesize_test {
+namespace nightmap::synthesize_test {
 
 namespace fs = std::filesystem;
 
@@ -339,5 +338,4 @@ TEST(ClearRecording, RemovesWhatTheOptionsDoNotMake) {
   fs::remove_all(folder);
 }
 
-}  // namespace synthesize_test
-}  // namespace nightmap
+}  // namespace nightmap::synthesize_test

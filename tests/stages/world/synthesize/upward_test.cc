@@ -12,8 +12,7 @@
 #include "stages/world/synthesize/write_site.h"
 #include "tests/stages/world/synthesize/small_site.h"
 
-namespace nightmap {
-namespace upward_test {
+namespace nightmap::upward_test {
 
 // A robot with all sensors, whose upward camera is mounted straight and does not shake.
 SynthesizeOptions RobotSite() {
@@ -181,5 +180,4 @@ TEST(UpwardCamera, ItsFolderGoesWithTheOption) {
   fs::remove_all(folder);
 }
 
-}  // namespace upward_test
-}  // namespace nightmap
+}  // namespace nightmap::upward_test
