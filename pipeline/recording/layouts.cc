@@ -33,6 +33,12 @@ const std::vector<Layout>& Layouts() {
   return layouts;
 }
 
+std::vector<std::string> NamesOfLayouts() {
+  std::vector<std::string> names;
+  for (const Layout& layout : Layouts()) names.push_back(layout.name);
+  return names;
+}
+
 const Layout& LayoutOf(const std::string& name) {
   const auto found = std::ranges::find(Layouts(), name, &Layout::name);
   if (found == Layouts().end()) throw UsageError("unknown layout \"{}\"", name);

@@ -15,41 +15,14 @@
 namespace nightmap {
 namespace {
 
-const Range kFieldOfView_deg{1, 170};
 // make's copy of a config has the user's text, then this line, which names the user's file.
 constexpr std::string_view kTextEnd = "\n# This was the text of ";
 
 // A [[sequence]] or [[query]] table as written.
 struct SequenceTable {
-  SequenceConfig sequence;
-  std::string camera;
-
-  void Register(OptionList& list) {
-    SequenceConfig& s = sequence;
-    std::vector<std::string> layouts;
-    for (const Layout& layout : Layouts()) layouts.push_back(layout.name);
-    list.Add("layout", &s.layout, layouts, "folder layout of the recording");
-    list.Add("folder", &s.folder, "relative to root");
-    list.Add("camera", &camera, "id of a [[camera]]");
-    list.Add("rig", &s.rig, "name of the cameras that record at once");
-    list.Add("video", &s.video, "layout video: the file, relative to folder");
-    list.Add("depth_folder", &s.depth_folder, "layout video: depth images, relative to folder");
-    list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
-    list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
-    list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
-    list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
-    list.Add("moving_folder", &s.moving_folder, "likewise, with the truth of what moves: not 0");
-    list.Add("confidence_folder", &s.confidence_folder, "PNGs named like the depth pictures");
-    list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
-    list.Add("time_unit", &s.time_unit, kTimeUnits, "of its lists and ground_truth; empty: s");
-    list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
-    list.Add(
-        "pictures", &s.pictures, "layout pictures: folder, .txt list or file, relative to root");
-    list.Add("horizontal_fov_deg",
-             &s.horizontal_fov_deg,
-             kFieldOfView_deg,
-             "layout pictures: for pictures without a focal length");
-  }
+  OPTIONS_OF(SequenceConfig, sequence);
+  OPTION(std::string, camera, "", "id of a [[camera]]");
+  REGISTER_OPTIONS();
 };
 
 int FindCamera(const std::vector<RgbdCamera>& cameras,

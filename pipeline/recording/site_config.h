@@ -9,33 +9,41 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/base/options.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/recording/signals_io.h"
 
 namespace nightmap {
 
+// Values of `time_unit`. Empty: seconds, unless they cannot be.
+inline const std::vector<std::string> kTimeUnits = {"", "s", "ms", "us", "ns"};
+
+std::vector<std::string> NamesOfLayouts();  // those of layouts.h
+
 // One recording: a [[sequence]] to map, or a [[query]] of pictures to localize.
 struct SequenceConfig {
-  std::string layout = "tum";  // tum | seven_scenes | video | pictures
-  std::string folder;          // relative to SiteConfig::root
-  int camera_idx = 0;          // kOwnCameras: each picture has its own
-  std::string rig;             // sequences of one rig record at once; empty: none
-  // Layout pictures, only in a [[query]]: a folder of pictures, a .txt list of them, or one
-  // picture, relative to root. It may lead out of the data folder.
-  std::string pictures;
-  double horizontal_fov_deg = 0;  // for pictures without a focal length; 0: none
-  std::string video;              // layout video: the file, relative to folder
-  std::string depth_folder;       // layout video: folder of depth images, relative to folder
-  double frame_rate_hz = 0;       // video: 0 uses the file's rate; seven_scenes: 0 means 30
-  std::string ground_truth;       // TUM trajectory relative to root, world_from_camera; empty: none
-  std::string depth = "required";  // required | optional | none: whether frames have depth
-  std::string label_folder;        // PNGs named like the color pictures, relative to folder
-  std::string moving_folder;       // likewise: the truth of what moves
-  std::string confidence_folder;   // PNGs named like the depth pictures, relative to folder
-  // Layout tum: largest gap between a color image and its depth image.
-  double max_association_gap_s = 0.02;
-  std::string time_unit;     // of its lists and its truth: s | ms | us | ns; empty: not stated
-  double time_offset_s = 0;  // added to all times of the recording
+  OPTION(std::string, layout, "tum", NamesOfLayouts(), "folder layout of the recording");
+  OPTION(std::string, folder, "", "relative to root");
+  int camera_idx = 0;  // kOwnCameras: each picture has its own
+  OPTION(std::string, rig, "", "sequences of one rig record at once; empty: none");
+  OPTION(std::string, pictures, "",
+         "layout pictures, of a [[query]]: folder of pictures, .txt list of them, or one picture, "
+         "relative to root; may lead out of the data folder");
+  OPTION(double, horizontal_fov_deg, 0, {1, 170},
+         "layout pictures: for pictures without a focal length");
+  OPTION(std::string, video, "", "layout video: the file, relative to folder");
+  OPTION(std::string, depth_folder, "", "layout video: depth images, relative to folder");
+  OPTION(double, frame_rate_hz, 0, {0, 1000}, "0: the video's, 30 for seven_scenes");
+  OPTION(std::string, ground_truth, "", "TUM trajectory, world_from_camera, relative to root");
+  OPTION(std::string, depth, "required", {"required", "optional", "none"},
+         "whether frames have depth");
+  OPTION(std::string, label_folder, "", "label PNGs named like the color pictures");
+  OPTION(std::string, moving_folder, "", "likewise, with the truth of what moves: not 0");
+  OPTION(std::string, confidence_folder, "", "PNGs named like the depth pictures");
+  OPTION(double, max_association_gap_s, 0.02, {0, 10}, "color to depth image");
+  OPTION(std::string, time_unit, "", kTimeUnits, "of its lists and ground_truth; empty: s");
+  OPTION(double, time_offset_s, 0, {-2e9, 2e9}, "added to all times of the recording");
+  REGISTER_OPTIONS();
   // Links in the recording (relative to folder) that may, with everything below them, lead out of
   // it and of the data folder.
   std::vector<std::string> allow_outside;
@@ -48,67 +56,74 @@ constexpr double kMinFrameRate_hz = 0.001;  // of a video
 // A sensor other than a camera: a [[sensor]]. Sensor axes of a laser and of wheels: x forward, y
 // left, z up. The poses of its sensors define the robot's axes.
 struct SensorConfig {
-  std::string id;
+  OPTION(std::string, id, "", "name that signals refer to");
   SignalKind kind = SignalKind::kAcceleration;
   Rigid3 robot_from_sensor;  // identity: the robot's axes are the sensor's
-  // First beam of scans, where stated, step from beam to beam (0: not stated), both
-  // counter-clockwise from x (scan_angles.h), and the range from which on nothing was hit.
+  // First beam of scans, where stated, counter-clockwise from x (scan_angles.h).
   std::optional<double> start_angle_deg;
-  double angle_step_deg = 0;
-  std::optional<double> max_range_m;
-  double range_unit_m = 1;  // of the ranges in the files
-  double min_range_m = 0;   // nearer ones are of the robot itself
-  // Sectors in which the scanner sees the robot itself: from, to, counter-clockwise from x, twice
-  // as many numbers as sectors.
-  std::vector<double> blind_deg;
-  double scan_duration_s =
-      0;  // a scan's time is that of its first beam, beam i is i/n of this later
-  // Odometry: the quantity that a sample measures and, for ticks, the length of one.
-  std::string measures = "pose";           // pose | motion | ticks
+  OPTION(double, angle_step_deg, 0, {-90, 90},
+         "scan: from beam to beam, counter-clockwise; 0: beams share the field of view");
+  std::optional<double> max_range_m;  // from which on nothing was hit
+  double range_unit_m = 1;            // of the ranges in the files
+  OPTION(double, min_range_m, 0, {0, 100}, "scan: nearer is the robot itself");
+  OPTION(std::vector<double>, blind_deg, {}, {-360, 360},
+         "scan: sectors in which it sees the robot itself: from, to, counter-clockwise from x");
+  OPTION(double, scan_duration_s, 0, {0, kMaxScanDuration_s},
+         "scan: from its first beam, whose time it states, to its end; 0: at once");
+  OPTION(std::string, measures, "pose", {"pose", "motion", "ticks"},
+         "odometry: quantity that a sample measures");
   double position_unit_m = 1;              // of the positions and distances in the files
   std::optional<double> heading_unit_rad;  // of the headings, where stated
-  double m_per_tick = 0;
-  double wheel_base_m = 0;
+  OPTION(double, m_per_tick, 0, {0, 100}, "odometry of ticks: distance per tick, m");
+  OPTION(double, wheel_base_m, 0, {0, 100}, "odometry of ticks: distance between the wheels");
+  REGISTER_OPTIONS();
 };
 
 // A file of samples of one sensor: a [[signal]].
 struct SignalConfig {
-  int sensor_idx = 0;           // index in SiteConfig::sensors
-  std::string format = "text";  // text | csv | carmen
-  std::string file;             // relative to root; may be gzipped
-  std::string columns;          // csv: names of its columns with time and values, comma separated
-  std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
-  std::string time_unit;        // text, csv: s | ms | us | ns; empty: not stated
-  double time_offset_s = 0;     // added to all times
-  bool sort = false;            // by time, for a log whose lines are out of order
-  double rate_hz = 0;           // carmen: line i is at i / rate_hz; 0: lines state their times
-  std::string source;           // file:line of its table, for messages
+  int sensor_idx = 0;  // index in SiteConfig::sensors
+  OPTION(std::string, format, "text", {"text", "csv", "carmen"}, "format of the file");
+  OPTION(std::string, file, "", "relative to root; may be gzipped");
+  OPTION(std::string, columns, "", "csv: names of columns with time and values, comma separated");
+  OPTION(std::string, message, "", {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
+         "carmen: word that begins the lines to read");
+  OPTION(std::string, time_unit, "", kTimeUnits, "text, csv: of its times; empty: s");
+  OPTION(double, time_offset_s, 0, {-2e9, 2e9}, "added to all times");
+  OPTION(bool, sort, false, "sorts the samples by time, for a log whose lines are out of order");
+  OPTION(double, rate_hz, 0, {0, 1e4}, "carmen: line i is at i / rate_hz; 0: lines have times");
+  REGISTER_OPTIONS();
+  std::string source;  // file:line of its table, for messages
 };
 
 // A log of laser scans to locate: a [[query]] with `scans`. Each scan is a query, or with `turn`
 // the whole log is one.
 struct ScanQueryConfig {
-  std::string scans;   // relative to root; may be gzipped, and lie outside of the data folder
+  OPTION(std::string, scans, "",
+         "log of scans, relative to root; may be gzipped, and lie outside of the data folder");
   int sensor_idx = 0;  // index in SiteConfig::sensors; of kind scan
-  std::string format = "carmen";   // carmen | text | csv
-  std::string columns;             // csv: name of the column with the time
-  std::string time_unit;           // text, csv: as in a SignalConfig
-  std::string message = "FLASER";  // carmen: word that begins the lines to read
-  double rate_hz = 0;              // as in a SignalConfig
-  bool turn = false;               // the robot turned on the spot; the log has its odometry
-  std::vector<double> near_m;      // about x, y in the map; empty: nobody knows
-  double near_radius_m = 5;        // of near_m, the robot is within
-  std::string source;              // file:line of its table, for messages
+  OPTION(std::string, format, "carmen", {"text", "csv", "carmen"}, "format of the log");
+  OPTION(std::string, columns, "", "csv: name of the column with the time");
+  std::string time_unit;  // text, csv: as in a SignalConfig
+  OPTION(std::string, message, "FLASER", {"FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1"},
+         "carmen: word that begins the lines to read");
+  double rate_hz = 0;  // as in a SignalConfig
+  OPTION(bool, turn, false, "the scans are one query, of a robot that turned on the spot");
+  OPTION(std::vector<double>, near_m, {}, {-1e6, 1e6}, "about x, y in the map; empty: unknown");
+  OPTION(double, near_radius_m, 5, {0, 1e6}, "of near_m, the robot is within");
+  REGISTER_OPTIONS();
+  std::string source;  // file:line of its table, for messages
 };
 
 // Where the robot truly was: [robot_truth]. One of `odometry` and `trajectory`, or none with
 // relations; all empty: the site has no truth of the robot.
 struct RobotTruthConfig {
-  std::string odometry;    // id of the [[sensor]] of kind odometry whose poses are the truth
-  std::string trajectory;  // TUM, truth_from_robot; relative to root
-  std::string time_unit;   // of trajectory: s | ms | us | ns; empty: not stated
-  std::string relations;   // lines `time1 time2 x y z roll pitch yaw`; relative to root
-  std::string source;      // file:line of its table, for messages
+  OPTION(std::string, odometry, "", "id of the [[sensor]] of kind odometry that is the truth");
+  OPTION(std::string, trajectory, "", "TUM file of truth_from_robot, relative to root");
+  OPTION(std::string, time_unit, "", kTimeUnits, "of the trajectory; empty: s");
+  OPTION(std::string, relations, "",
+         "lines `time1 time2 x y z roll pitch yaw`, relative to root");
+  REGISTER_OPTIONS();
+  std::string source;  // file:line of its table, for messages
 };
 
 // Picture of the parts of the robot that a camera sees: `mask` of a [[camera]].

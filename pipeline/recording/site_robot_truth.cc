@@ -1,34 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // [robot_truth] of a site config, for site_tables.h.
 #include "pipeline/base/error.h"
-#include "pipeline/base/options.h"
 #include "pipeline/recording/site_tables.h"
 
 namespace nightmap {
-namespace {
-
-struct RobotTruthTable {
-  RobotTruthConfig truth;
-
-  void Register(OptionList& list) {
-    RobotTruthConfig& t = truth;
-    list.Add("odometry", &t.odometry, "id of the [[sensor]] of kind odometry that is the truth");
-    list.Add("trajectory", &t.trajectory, "TUM file of truth_from_robot, relative to root");
-    list.Add("time_unit", &t.time_unit, kTimeUnits, "of the trajectory; empty: s");
-    list.Add(
-        "relations", &t.relations, "lines `time1 time2 x y z roll pitch yaw`, relative to root");
-  }
-};
-
-}  // namespace
 
 RobotTruthConfig ParseRobotTruth(const toml::table& table,
                                  const std::string& source,
                                  const std::vector<SensorConfig>& sensors) {
   const std::string where = Where(table, source);
-  RobotTruthTable parsed;
-  RegisterOptions(parsed).ParseTable(table, source);
-  RobotTruthConfig& truth = parsed.truth;
+  RobotTruthConfig truth;
+  RegisterOptions(truth).ParseTable(table, source);
   truth.source = where;
   if (!truth.odometry.empty() && !truth.trajectory.empty()) {
     throw UsageError("{}: the robot has one truth: remove `odometry` or `trajectory`", where);

@@ -12,26 +12,10 @@
 namespace nightmap {
 namespace {
 
-constexpr double kFarthest_m = 1e6;
-
 struct ScanQueryTable {
-  ScanQueryConfig query;
-  std::string sensor;
-
-  void Register(OptionList& list) {
-    ScanQueryConfig& q = query;
-    list.Add("scans", &q.scans, "log of scans, relative to root; may be gzipped");
-    list.Add("sensor", &sensor, "id of the [[sensor]] of kind scan");
-    list.Add("format", &q.format, {"text", "csv", "carmen"}, "format of the log");
-    list.Add("columns", &q.columns, "csv: name of the column with the time");
-    list.Add("message",
-             &q.message,
-             {"FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1"},
-             "carmen: word that begins the lines to read");
-    list.Add("turn", &q.turn, "the scans of the log are one query, of a robot that turned");
-    list.Add("near_m", &q.near_m, {-kFarthest_m, kFarthest_m}, "about x, y in the map");
-    list.Add("near_radius_m", &q.near_radius_m, {0, kFarthest_m}, "the robot is within");
-  }
+  OPTIONS_OF(ScanQueryConfig, query);
+  OPTION(std::string, sensor, "", "id of the [[sensor]] of kind scan");
+  REGISTER_OPTIONS();
 };
 
 // The scanner with this id; without one the only scanner.

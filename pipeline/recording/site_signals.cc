@@ -20,65 +20,22 @@ std::vector<std::string> NamesOfKinds() {
 }
 
 struct SensorTable {
-  SensorConfig sensor;
-  std::string kind = "acceleration";
-  std::vector<double> robot_from_sensor;
-  double start_angle_deg = -90;
-  double max_range_m = kMaxRangeUnlessStated_m;
-  std::string range_unit = "m";
-  std::string position_unit = "m";
-  std::string heading_unit = "rad";
-
-  void Register(OptionList& list) {
-    SensorConfig& s = sensor;
-    list.Add("id", &s.id, "name that signals refer to");
-    list.Add("kind", &kind, NamesOfKinds(), "quantity that the sensor measures");
-    list.Add("robot_from_sensor", &robot_from_sensor, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
-    list.Add("start_angle_deg", &start_angle_deg, {-360, 360}, "scan: first beam, from x");
-    list.Add(
-        "angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: beams share the field of view");
-    list.Add("max_range_m", &max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
-    list.Add("min_range_m", &s.min_range_m, {0, 100}, "scan: nearer is the robot itself");
-    list.Add("blind_deg", &s.blind_deg, {-360, 360}, "scan: from and to of blind sectors");
-    list.Add("range_unit", &range_unit, {"m", "cm", "mm"}, "scan: unit of the ranges in its files");
-    list.Add("scan_duration_s",
-             &s.scan_duration_s,
-             {0, kMaxScanDuration_s},
-             "scan: from its first beam, whose time it states, to its end; 0: at once");
-    list.Add("measures",
-             &s.measures,
-             {"pose", "motion", "ticks"},
-             "odometry: quantity that a sample measures");
-    list.Add("position_unit", &position_unit, {"m", "cm", "mm"}, "odometry: unit of its positions");
-    list.Add("heading_unit", &heading_unit, {"rad", "deg"}, "odometry: unit of its headings");
-    list.Add("m_per_tick", &s.m_per_tick, {0, 100}, "odometry of ticks: distance per tick, m");
-    list.Add("wheel_base_m",
-             &s.wheel_base_m,
-             {0, 100},
-             "odometry of ticks: distance between the wheels");
-  }
+  OPTIONS_OF(SensorConfig, sensor);
+  OPTION(std::string, kind, "acceleration", NamesOfKinds(), "quantity that the sensor measures");
+  OPTION(std::vector<double>, robot_from_sensor, {}, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+  OPTION(double, start_angle_deg, -90, {-360, 360}, "scan: first beam, from x");
+  OPTION(double, max_range_m, kMaxRangeUnlessStated_m, {0.01, 1e4},
+         "scan: range from which on nothing was hit");
+  OPTION(std::string, range_unit, "m", {"m", "cm", "mm"}, "scan: unit of the ranges in its files");
+  OPTION(std::string, position_unit, "m", {"m", "cm", "mm"}, "odometry: unit of its positions");
+  OPTION(std::string, heading_unit, "rad", {"rad", "deg"}, "odometry: unit of its headings");
+  REGISTER_OPTIONS();
 };
 
 struct SignalTable {
-  SignalConfig signal;
-  std::string sensor;
-
-  void Register(OptionList& list) {
-    SignalConfig& s = signal;
-    list.Add("sensor", &sensor, "id of a [[sensor]]");
-    list.Add("format", &s.format, {"text", "csv", "carmen"}, "format of the file");
-    list.Add("file", &s.file, "relative to root; may be gzipped");
-    list.Add(
-        "columns", &s.columns, "csv: names of the columns with time and values, comma separated");
-    list.Add("message",
-             &s.message,
-             {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
-             "carmen: word that begins the lines to read");
-    list.Add("time_unit", &s.time_unit, kTimeUnits, "text, csv: of its times; empty: s");
-    list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
-    list.Add("rate_hz", &s.rate_hz, {0, 1e4}, "carmen: of lines without times; 0: they have them");
-    list.Add("sort", &s.sort, "sorts the samples by time");
-  }
+  OPTIONS_OF(SignalConfig, signal);
+  OPTION(std::string, sensor, "", "id of a [[sensor]]");
+  REGISTER_OPTIONS();
 };
 
 void CheckSectors(const std::vector<double>& sectors_deg, const std::string& where) {

@@ -14,9 +14,6 @@ namespace nightmap {
 // Source of the [[query]] tables that make's QUERY adds. The user sees no line numbers of them.
 constexpr const char* kQuerySource = "QUERY of make";
 
-// Values of `time_unit`. Empty: seconds, unless they cannot be.
-inline const std::vector<std::string> kTimeUnits = {"", "s", "ms", "us", "ns"};
-
 using Names = std::vector<std::string>;
 
 // `source:line` of the node.
