@@ -18,38 +18,26 @@ constexpr std::size_t kMaxClasses = 255;
 
 // The model file as written.
 struct ModelTable {
-  std::string network;
-  int input_width_px = 0;
-  int input_height_px = 0;
-  std::vector<double> mean = {0, 0, 0};
-  std::vector<double> scale = {1, 1, 1};
-  std::string channel_order = "rgb";
-  std::vector<std::string> classes, moving;
+  OPTION(std::string, network, "", "ONNX file, relative to this file");
+  OPTION(int, input_width_px, 0, {8, 4096}, "columns of the network's input");
+  OPTION(int, input_height_px, 0, {8, 4096}, "rows of the network's input");
+  OPTION(std::vector<double>, mean, std::vector<double>(3, 0.0), {-1e6, 1e6},
+         "subtracted from 0 .. 255, per channel of the network");
+  OPTION(std::vector<double>, scale, std::vector<double>(3, 1.0), {1e-6, 1e6},
+         "divides the difference, per channel of the network");
+  OPTION(std::string, channel_order, "rgb", {"rgb", "bgr"}, "of the network's input");
+  OPTION(std::vector<std::string>, classes, {}, "names in the order of the network's outputs");
+  OPTION(std::vector<std::string>, moving, {},
+         "names of the classes of things that move by themselves");
   MovingMaskOptions mask;
-  double moving_gap_s = 0.05;
-  double still_gap_s = 0.3;
-
-  void Register(OptionList& list) {
-    list.Add("network", &network, "ONNX file, relative to this file");
-    list.Add("input_width_px", &input_width_px, {8, 4096}, "columns of the network's input");
-    list.Add("input_height_px", &input_height_px, {8, 4096}, "rows of the network's input");
-    list.Add("mean", &mean, {-1e6, 1e6}, "subtracted from 0 .. 255, per channel of the network");
-    list.Add("scale", &scale, {1e-6, 1e6}, "divides the difference, per channel of the network");
-    list.Add("channel_order", &channel_order, {"rgb", "bgr"}, "of the network's input");
-    list.Add("classes", &classes, "names in the order of the network's outputs");
-    list.Add("moving", &moving, "names of the classes of things that move by themselves");
-    list.Add("min_confidence",
-             &mask.min_confidence,
-             {0, 1},
-             "a pixel counts as moving when its class can move and is at least so probable");
-    list.Add("margin_px", &mask.margin_px, {0, 100}, "widens what moves by so many pixels");
-    list.Add("moving_gap_s",
-             &moving_gap_s,
-             {0, 1e6},
-             "a frame that brings nothing new is labelled, too, so many seconds after one in which "
-             "something moves");
-    list.Add("still_gap_s", &still_gap_s, {0, 1e6}, "... and after one in which nothing moves");
-  }
+  OPTION_AT("min_confidence", mask.min_confidence, {0, 1},
+            "a pixel counts as moving when its class can move and is at least so probable");
+  OPTION_AT("margin_px", mask.margin_px, {0, 100}, "widens what moves by so many pixels");
+  OPTION(double, moving_gap_s, 0.05, {0, 1e6},
+         "a frame that brings nothing new is labelled, too, so many seconds after one in which "
+         "something moves");
+  OPTION(double, still_gap_s, 0.3, {0, 1e6}, "... and after one in which nothing moves");
+  REGISTER_OPTIONS();
 };
 
 // Names the line of a key in messages.
