@@ -20,67 +20,48 @@ const Range kDistortion{-100, 100};
 // A [[camera]] table as written.
 struct CameraTable {
   RgbdCamera camera;
-  std::vector<double> color_from_depth, robot_from_camera;
-  std::string mask, lens = "pinhole";
-  double working_mpx = kWorking_mpx;
-
-  void Register(OptionList& list) {
-    Camera& color = camera.color;
-    list.Add("id", &camera.camera_id, "name that sequences refer to");
-    list.Add("width", &color.width, kSize_px, "columns of the color image, px");
-    list.Add("height", &color.height, kSize_px, "rows of the color image, px");
-    list.Add("fx", &color.fx, kFocal_px, "focal length, px");
-    list.Add("fy", &color.fy, kFocal_px, "focal length, px");
-    list.Add("cx", &color.cx, kCenter_px, "principal point, px");
-    list.Add("cy", &color.cy, kCenter_px, "principal point, px");
-    list.Add("k1", &color.k1, kDistortion, "radial distortion");
-    list.Add("k2", &color.k2, kDistortion, "radial distortion");
-    list.Add("p1", &color.p1, kDistortion, "tangential distortion");
-    list.Add("p2", &color.p2, kDistortion, "tangential distortion");
-    list.Add("k3", &color.k3, kDistortion, "radial distortion");
-    list.Add("working_mpx", &working_mpx, {0.01, 1000}, "million pixels to reduce pictures to");
-    list.Add("k4", &color.k4, kDistortion, "of a fisheye, or of OpenCV's rational model");
-    list.Add("k5", &color.k5, kDistortion, "of OpenCV's rational model");
-    list.Add("k6", &color.k6, kDistortion, "of OpenCV's rational model");
-    list.Add("lens", &lens, {"pinhole", "fisheye"}, "OpenCV's model of the lens");
-    list.Add("picture_bits", &camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
-    list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
-    list.Add("mask", &mask, "picture, white where the robot is; relative to root");
-    RegisterDepth(list);
-  }
-
- private:
-  void RegisterDepth(OptionList& list) {
-    Camera& depth = camera.depth;
-    list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units per metre");
-    list.Add("depth_along_ray",
-             &camera.depth_along_ray,
-             "depth is the distance from the camera, as simulators give it, and not z");
-    list.Add("depth_offset_m",
-             &camera.depth_offset_m,
-             {-10, 10},
-             "what the sensor measures too far at any distance");
-    list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
-    list.Add(
-        "max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");
-    list.Add("min_confidence", &camera.min_confidence, {1, 255}, "less sure depth is ignored");
-    list.Add("depth_noise_constant_m",
-             &camera.noise.constant_m,
-             {DepthNoise::kMinConstant_m, 1},
-             "depth sigma at 0 m");
-    list.Add("depth_noise_quadratic_per_m",
-             &camera.noise.quadratic_per_m,
-             {0, 1},
-             "growth of the depth sigma with depth squared");
-    list.Add("depth_registered", &camera.depth_registered, "depth pixels are color pixels");
-    list.Add("depth_width", &depth.width, kSize_px, "columns of the depth image, px");
-    list.Add("depth_height", &depth.height, kSize_px, "rows of the depth image, px");
-    list.Add("depth_fx", &depth.fx, kFocal_px, "focal length, px");
-    list.Add("depth_fy", &depth.fy, kFocal_px, "focal length, px");
-    list.Add("depth_cx", &depth.cx, kCenter_px, "principal point, px");
-    list.Add("depth_cy", &depth.cy, kCenter_px, "principal point, px");
-    list.Add("color_from_depth", &color_from_depth, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
-  }
+  OPTION_AT("id", camera.camera_id, "name that sequences refer to");
+  OPTION_AT("width", camera.color.width, kSize_px, "columns of the color image, px");
+  OPTION_AT("height", camera.color.height, kSize_px, "rows of the color image, px");
+  OPTION_AT("fx", camera.color.fx, kFocal_px, "focal length, px");
+  OPTION_AT("fy", camera.color.fy, kFocal_px, "focal length, px");
+  OPTION_AT("cx", camera.color.cx, kCenter_px, "principal point, px");
+  OPTION_AT("cy", camera.color.cy, kCenter_px, "principal point, px");
+  OPTION_AT("k1", camera.color.k1, kDistortion, "radial distortion");
+  OPTION_AT("k2", camera.color.k2, kDistortion, "radial distortion");
+  OPTION_AT("p1", camera.color.p1, kDistortion, "tangential distortion");
+  OPTION_AT("p2", camera.color.p2, kDistortion, "tangential distortion");
+  OPTION_AT("k3", camera.color.k3, kDistortion, "radial distortion");
+  OPTION(double, working_mpx, kWorking_mpx, {0.01, 1000}, "million pixels to reduce pictures to");
+  OPTION_AT("k4", camera.color.k4, kDistortion, "of a fisheye, or of OpenCV's rational model");
+  OPTION_AT("k5", camera.color.k5, kDistortion, "of OpenCV's rational model");
+  OPTION_AT("k6", camera.color.k6, kDistortion, "of OpenCV's rational model");
+  OPTION(std::string, lens, "pinhole", {"pinhole", "fisheye"}, "OpenCV's model of the lens");
+  OPTION_AT("picture_bits", camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
+  OPTION(std::vector<double>, robot_from_camera, {}, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+  OPTION(std::string, mask, "", "picture, white where the robot is; relative to root");
+  OPTION_AT("depth_units_per_m", camera.depth_units_per_m, {1, 1e6}, "raw units per metre");
+  OPTION_AT("depth_along_ray", camera.depth_along_ray,
+            "depth is the distance from the camera, as simulators give it, and not z");
+  OPTION_AT("depth_offset_m", camera.depth_offset_m, {-10, 10},
+            "what the sensor measures too far at any distance");
+  OPTION_AT("min_depth_m", camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
+  OPTION_AT("max_depth_m", camera.max_depth_m, {0.01, 1000},
+            "farther depth makes no part of the map");
+  OPTION_AT("min_confidence", camera.min_confidence, {1, 255}, "less sure depth is ignored");
+  OPTION_AT("depth_noise_constant_m", camera.noise.constant_m, {DepthNoise::kMinConstant_m, 1},
+            "depth sigma at 0 m");
+  OPTION_AT("depth_noise_quadratic_per_m", camera.noise.quadratic_per_m, {0, 1},
+            "growth of the depth sigma with depth squared");
+  OPTION_AT("depth_registered", camera.depth_registered, "depth pixels are color pixels");
+  OPTION_AT("depth_width", camera.depth.width, kSize_px, "columns of the depth image, px");
+  OPTION_AT("depth_height", camera.depth.height, kSize_px, "rows of the depth image, px");
+  OPTION_AT("depth_fx", camera.depth.fx, kFocal_px, "focal length, px");
+  OPTION_AT("depth_fy", camera.depth.fy, kFocal_px, "focal length, px");
+  OPTION_AT("depth_cx", camera.depth.cx, kCenter_px, "principal point, px");
+  OPTION_AT("depth_cy", camera.depth.cy, kCenter_px, "principal point, px");
+  OPTION(std::vector<double>, color_from_depth, {}, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+  REGISTER_OPTIONS();
 };
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace nightmap {
 
 struct ImportGridOptions {
-  void Register(OptionList&) {}
+  REGISTER_OPTIONS();
 };
 
 // The map's figures for report.json. Throws InputError when no cell is free.
