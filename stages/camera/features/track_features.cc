@@ -72,8 +72,8 @@ struct FeatureTracker::State {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector2f& found_px = there.points[i];
       const Eigen::Vector2d raw = found_px.cast<double>();
-      if (!there.is_found[i] || !camera.Contains(raw) ||
-          there.differences[i] > kMaxDifference || IsMasked(moving, raw)) {
+      if (!there.is_found[i] || !camera.Contains(raw) || there.differences[i] > kMaxDifference ||
+          IsMasked(moving, raw)) {
         continue;
       }
       const Point& point = points[i];

@@ -76,8 +76,7 @@ std::vector<FollowedCorner> FollowCorners(const FlowPyramid& from,
       corner.end = TrackEnd::kBackward;
       continue;
     }
-    const auto refined =
-        RefineCorner(image, found[k], kRefineRadius_px, kMaxRefinement_px);
+    const auto refined = RefineCorner(image, found[k], kRefineRadius_px, kMaxRefinement_px);
     if (!refined) {
       corner.end = TrackEnd::kOffCorner;
     } else if (!IsInside(*refined, image, options.border_px)) {
