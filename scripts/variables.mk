@@ -2,6 +2,7 @@
 # The values that a user gives to make's variables are data: `value` takes their text unexpanded, recipes read it from the
 # environment, and what rules or a shell would interpret is refused here, before anything runs.
 
+$(if $(filter command,$(firstword $(origin VARIABLES))),$(error VARIABLES: no such variable; `make help` lists them))
 VARIABLES := SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN OBJECTS STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
 # The Makefile's own defaults are no such data.
 $(foreach v,$(VARIABLES),$(eval override $v := $$(if $$(filter file,$$(origin $v)),$$($v),$$(value $v))))

@@ -7,11 +7,10 @@
 //     OPTION(double, resolution_m, 0.05, {0.01, 1.0}, "edge length of a cell");
 //     OPTION(std::string, planner, "astar", {"astar", "any_angle"}, "how paths are searched");
 //     OPTION(bool, thin_walls, false, "draws straight walls one cell wide");
-//     OPTIONS_OF(WheelNoise, wheels, "wheel_");                          // a struct of options
-//     VocabularyTreeOptions tree;                                        // a library's parameters
-//     OPTION_AT("depth", tree.depth, {1, 8}, "levels below the root");  // one of them
-//     REGISTER_OPTIONS();                                                // void
-//     Register(OptionList&)
+//     OPTIONS_OF(WheelNoise, wheels, "wheel_");  // a struct of options
+//     VocabularyTreeOptions tree;                // parameters of a library, and one that is an
+//     option OPTION_AT("depth", tree.depth, {1, 8}, "levels below the root"); REGISTER_OPTIONS();
+//     // after all of them: void Register(OptionList&)
 //   };
 #pragma once
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <limits>
-#include <string>
 
 #include "pipeline/base/options.h"
 #include "pipeline/geometry/absolute_pose.h"
@@ -17,11 +16,13 @@ struct VerifyOptions {
   AbsolutePoseOptions pose;  // its seed is not used
   OPTION_AT("max_error_px", pose.max_error_px, {0.5, 20}, "inlier threshold on reprojection");
   OPTION_AT("min_inliers", pose.min_inliers, {4, 1000}, "smallest number of inliers of a pair");
-  double min_spread = 0.02;  // share of the image that a pair's inliers must cover
+  // Share of the image that a pair's inliers must cover: area of their covariance's ellipse over
+  // the image's.
+  double min_spread = 0.02;
   OPTION(int, max_motions, 5, {1, 20},
          "largest number of rigid motions searched in a pair; the one of the largest surface is "
          "what stands still");
-  OPTION(int, seed, 0, {0, 1e6}, "seed of RANSAC");
+  OPTION(int, seed, 0, {0, 1e6}, "seed of RANSAC; each pair draws from a random stream of its own");
   DescriptorKind kind = DescriptorKind::kRootSift;  // of the features
   // Limits b_from_a in its worst direction, where a stage sets it.
   double max_sigma_m = std::numeric_limits<double>::infinity();

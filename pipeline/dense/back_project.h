@@ -35,8 +35,8 @@ struct DepthPoint {
 
 // The points of every pixel_stride-th pixel in row order. Leaves out a pixel when its depth is 0 or
 // beyond max_depth_m, when its depth differs from that of a pixel up to edge_radius_px beside or
-// above it by more than max_depth_jump of the depth and three sigma of its noise, or when the
-// camera sees the local surface at more than max_incidence_rad from its normal.
+// above it by more than 4 % of the depth and three sigma of its noise, or when the camera sees the
+// local surface at more than max_incidence_rad from its normal.
 std::vector<DepthPoint> BackProjectDepth(const DepthImage& depth,
                                          const ColorImage& color,
                                          const RayTable& rays,

@@ -3,9 +3,9 @@
 // checking follow from that:
 //
 //   constexpr auto kPoints = Hdf5Table<Point>(
-//       Hdf5Column("time_ns", &Point::time_ns).Pairs(Ascending(&Point::time_ns), "does not
-//       ascend"), Hdf5Column("position_m", &Point::x_m, &Point::y_m), Hdf5Lists("first_view",
-//       &Point::views, Hdf5Table<int>(Hdf5Column("view", kItself))));
+//       Hdf5Column("time_ns", &Point::time_ns).Pairs(Ascending(&Point::time_ns), "falls"),
+//       Hdf5Column("position_m", &Point::x_m, &Point::y_m),
+//       Hdf5Lists("first_view", &Point::views, Hdf5Table<int>(Hdf5Column("view", kItself))));
 //
 // The file has the arrays in this order. A list of lists is flat, after the array of where each
 // list starts.

@@ -65,8 +65,9 @@ struct ScanGrid {
 // is not spread over cells, since it is less than a cell; with `thin_walls`, one of the cells
 // across a wall stays occupied (thin_walls.h).
 //
-// max_log_odds bounds what a cell remembers: 14 is 35 scans in a row that pass an occupied cell, or
-// 17 that hit a free one. So a robot or a person that stands still for minutes outvotes nobody.
+// A limit of the log-odds bounds what a cell remembers: 14 is 35 scans in a row that pass an
+// occupied cell, or 17 that hit a free one. So a robot or a person that stands still for minutes
+// outvotes nobody.
 //
 // Takes 14 bytes per cell of the box around all hits, whatever the number of scans; cells end at
 // multiples of resolution_m. Pure: equal scans in equal order give equal cells. Throws DataError

@@ -109,7 +109,7 @@ struct ScanQueryConfig {
   double rate_hz = 0;  // as in a SignalConfig
   OPTION(bool, turn, false, "the scans are one query, of a robot that turned on the spot");
   OPTION(std::vector<double>, near_m, {}, {-1e6, 1e6}, "about x, y in the map; empty: unknown");
-  OPTION(double, near_radius_m, 5, {0, 1e6}, "of near_m, the robot is within");
+  OPTION(double, near_radius_m, 5, {0, 1e6}, "the robot is within this distance of near_m");
   REGISTER_OPTIONS();
   std::string source;  // file:line of its table, for messages
 };

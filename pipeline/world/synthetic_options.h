@@ -147,7 +147,7 @@ struct ScannerOptions {
   OPTION(double, duration_s, 0.0133, {0, 1},
          "time over which the beams of a scan are spread; the robot moves meanwhile");
   double noise_constant_m = 0.01;  // range noise at 0 m
-  double noise_per_m = 0.002;      // sigma = scan_noise_constant_m + scan_noise_per_m * range
+  double noise_per_m = 0.002;      // sigma = noise_constant_m + noise_per_m * range
   double miss_ratio = 0.005;       // share of beams lost at random
   // Share of the stretches, 1 m long, of walls and doors that return nothing.
   double glass_ratio = 0.03;

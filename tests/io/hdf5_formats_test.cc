@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for each format of HDF5: damage, truncation and other formats are refused, and what is
-// read is written as the same bytes.
+// What holds for the formats of HDF5 (corner tracks, ceiling map and pose graph have it in their
+// own tests): damage, truncation and other formats are refused, and what is read is written as the
+// same bytes.
 #include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/dense/voxel_labels_io.h"
 #include "pipeline/io/edges_io.h"

@@ -2,7 +2,6 @@
 #include "stages/camera/landmarks/landmark_of_track.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "pipeline/camera/descriptor_distance.h"

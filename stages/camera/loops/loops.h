@@ -20,7 +20,7 @@ struct LoopsOptions {
 };
 
 // Takes every stride-th described frame and finds its loop candidates among the frames at least
-// min_gap before it: the best num_candidates of the inverted file, each verified. Returns accepted
+// min_gap before it: the best four of the inverted file, each verified. Returns accepted
 // and rejected pairs, sorted by (b, a). Deterministic at any number of threads: each pair draws
 // from its own random stream. Throws DataError when the vocabulary was not made from these frames'
 // features.

@@ -54,7 +54,7 @@ struct CeilingAdjustResult {
   CeilingSolution solution;
 };
 
-// Frames `keyframe_distance_m` or `keyframe_turn_rad` apart are keyframes; those between move along
+// Frames `keyframe_distance_m` or 0.1 rad apart are keyframes; those between move along
 // with the two around them. Landmarks are those of the filter, seen by all tracks that it says are
 // theirs, so that its loops hold. Estimated are all keyframes and landmarks, how the robot tilts in
 // each keyframe, the camera's mounting, and what the wheels get wrong all the time.

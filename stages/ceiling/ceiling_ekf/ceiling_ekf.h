@@ -51,13 +51,13 @@ struct CeilingEkfResult {
 
 // CN103680291A: prediction by the wheels, observation of the tracked corners with gates, update,
 // and a map that is added to, modified and deleted from (ceiling_filter.h, landmark_keeper.h).
-// At `anchor_distance_m` from the last one the robot's place becomes an anchor, and the landmarks
-// around it are compared with those of places that it left `min_loop_path_m` ago or more
-// (submap_match.h): what is met again closes a loop, and moves the anchors and all that hangs on
-// them. Where the odometry has a gap, the robot is somewhere within its unknown speed; where the
-// camera sees no landmark, the wheels go on alone. Throws UsageError when `odometry_sensor` names
-// none, or none among several, InputError when there is no odometry, or none for more than
-// `max_missing_ratio` of the frames. Deterministic; one thread.
+// At 3 m from the last one the robot's place becomes an anchor, and the landmarks around it are
+// compared with those of places that it left 8 m of way ago or more (submap_match.h): what is met
+// again closes a loop, and moves the anchors and all that hangs on them. Where the odometry has a
+// gap, the robot is somewhere within its unknown speed; where the camera sees no landmark, the
+// wheels go on alone. Throws UsageError when `odometry_sensor` names none, or none among several,
+// InputError when there is no odometry, or none for more than `max_missing_ratio` of the frames.
+// Deterministic; one thread.
 CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
                                const CeilingEkfInput& input,
                                Progress& progress);

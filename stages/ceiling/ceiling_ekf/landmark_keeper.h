@@ -64,7 +64,7 @@ class LandmarkKeeper {
   LandmarkKeeper(const KeeperOptions& options, CeilingFilter* filter);
 
   // After the filter's prediction for the frame. A sighting that does not fit alone, or not with
-  // the others, is left out; a landmark with `max_misfits` of them in a row is deleted. A robot
+  // the others, is left out; a landmark with three of them in a row is deleted. A robot
   // that moved otherwise than its wheels say is believed by the picture. Tracks become landmarks
   // when the robot has moved on so far that their depth is known (CeilingFilter::AddLandmark): not
   // in a turn on the spot, and never in less than `min_parallax_rad`. With `initial_depth` of

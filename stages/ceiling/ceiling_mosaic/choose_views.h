@@ -10,8 +10,8 @@
 
 namespace nightmap {
 
-// Frames with a pose that are `view_distance_m` or `view_turn_rad` from the one before. `poses`:
-// map_from_robot, ascending in time.
+// Frames with a pose that are 0.3 m or 0.3 rad from the one before. `poses`: map_from_robot,
+// ascending in time.
 std::vector<CeilingView> ChooseViews(const std::vector<FrameRecord>& frames,
                                      const std::vector<StampedPose>& poses,
                                      const Rigid3& robot_from_camera);

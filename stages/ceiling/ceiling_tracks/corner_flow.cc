@@ -2,7 +2,6 @@
 #include "stages/ceiling/ceiling_tracks/corner_flow.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 

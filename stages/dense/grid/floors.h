@@ -34,9 +34,9 @@ inline double SurfaceHeight_m(int top, double resolution_m) { return (top + 0.5)
 Supports FindSupports(const GridOptions& options, const Columns& columns);
 
 // Heights of the floors, ascending. One is 0, because map_frame put the map's floor there. The
-// others are the heights with the most supports. Each has at least min_floor_area_m2 of them, is at
-// least min_floor_distance_m from every floor that has more, and had a camera above it (not
-// required if `cameras_in_map` is empty). A table top is no floor, because it is too near to one.
+// others are the heights with the most supports. Each has at least 3 m2 of them, is at least 2 m
+// from every floor that has more, and had a camera above it (not required if `cameras_in_map` is
+// empty). A table top is no floor, because it is too near to one.
 std::vector<double> FindFloors(const Columns& columns,
                                const Supports& supports,
                                const std::vector<Eigen::Vector3d>& cameras_in_map);

@@ -14,7 +14,7 @@ namespace {
 // Another keyframe sees through a thing when what it sees is so much farther, for errors of the
 // poses.
 constexpr double kMinDifference_m = 0.1;
-constexpr double kNumSigmas = 2;  // of both depths, besides
+constexpr double kNumSigmas = 2;  // and by so many standard deviations of both depths more
 // Smaller ones are edges of masks.
 constexpr std::size_t kMinBlocks = 10;
 

@@ -46,7 +46,7 @@ struct GhostsResult {
 
 // A region of a keyframe (FindLabelledRegions) that stands still is a ghost when at least
 // min_keyframes others see through min_share of it: their depth all around its place is farther by
-// min_difference_m and num_sigmas of the noise. It may have come or have left: other times are
+// 0.1 m and two sigmas of the noise. It may have come or have left: other times are
 // before and after. A place hidden, outside the picture or not measured says nothing. Memory: 30 kB
 // per keyframe, and 24 bytes per block that may move. The same at any number of threads.
 GhostsResult RunGhosts(const GhostsOptions& options,

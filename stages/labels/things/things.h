@@ -18,23 +18,10 @@ namespace nightmap {
 struct ThingsOptions {
   OPTION(std::vector<std::string>, classes, std::vector<std::string>(),
          "classes of the things to list; empty: all but leave_out");
-  OPTION(std::vector<std::string>, leave_out, std::vector<std::string>({"none",
-                                        "background",
-                                        "wall",
-                                        "floor",
-                                        "ceiling",
-                                        "door",
-                                        "window",
-                                        "lamp",
-                                        "poster",
-                                        "object",
-                                        "person",
-                                        "bird",
-                                        "cat",
-                                        "cow",
-                                        "dog",
-                                        "horse",
-                                        "sheep"}),
+  OPTION(std::vector<std::string>, leave_out,
+         std::vector<std::string>({"none", "background", "wall", "floor", "ceiling", "door",
+                                   "window", "lamp", "poster", "object", "person", "bird",
+                                   "cat", "cow", "dog", "horse", "sheep"}),
          "classes that are no things; a model may lack some");
   OPTION(double, min_share, 0.5, {0, 1},
          "a voxel counts when so large a share of its votes is for its class");

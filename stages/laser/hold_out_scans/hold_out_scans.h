@@ -39,7 +39,7 @@ struct HeldOutScans {
 };
 
 // Cuts the way into blocks of block_m, and takes each `every`-th of them out of the map. Its scans
-// become queries, query_distance_m apart on the way, where a scan that stays is within near_m:
+// become queries, half a metre apart on the way, where a scan that stays is within near_m:
 // elsewhere nobody can ask the map. From more than max_queries, some are left out evenly: the time
 // that looking for them takes does not grow with the way. A scan without a pose stays. Scans are
 // taken at once: the motion within one (scan_duration_s) is left out of account in queries. With a

@@ -20,7 +20,7 @@ struct ObjectFilterOptions {
   double object_margin_m = 0.2;  // walls so far outside of an object's rectangle belong to it
   OPTION(double, voxel_m, 0.05, {0.01, 1}, "of the filter of the submap's cloud");
   double start_step_m = 0.5;         // between the places that the matching of objects may start at
-  int num_headings = 36;             // that it may start with
+  int num_headings = 36;             // that the matching may start with
   int num_starts = 5;                // per object: the nearest
   double max_pair_distance_m = 0.5;  // points farther apart are no pair
   OPTION(double, min_overlap, 0.5, {0, 1},

@@ -40,7 +40,7 @@ inline constexpr double kSamePlace_m = 0.5;
 bool IsSamePlace(const Rigid2& a, const Rigid2& b, double radius_m = kSamePlace_m);
 
 // All places of the map, or within the query's rough position, whose search score is at least
-// min_share_of_best (near a rough position min_share_nearby) of the largest, refined; the best fit
+// min_share_of_best (near a rough position 0.6) of the largest, refined; the best fit
 // first, no two at the same place. The search is by branch and bound and misses nothing
 // (search_pose.h). The final pose is the most likely one when points far from all walls count
 // alike, however far (match_scan.h): so furniture that came or went does not drag it.

@@ -2,7 +2,6 @@
 #include "stages/laser/scan_localize/template_search.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <tuple>

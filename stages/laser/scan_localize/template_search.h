@@ -3,7 +3,6 @@
 // (publication CN110307838A, S104).
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"

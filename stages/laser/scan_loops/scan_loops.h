@@ -21,7 +21,7 @@ struct ScanLoopsOptions {
   OPTION(double, max_range_m, 30, {1, 500}, "points farther away are not used");
   OPTION(double, submap_length_m, 6, {0.5, 100}, "path that a submap is made of");
   OPTION(double, query_length_m, 2, {0, 100},
-         "path about such a place whose scans are looked for together");
+         "path about a place whose scans are looked for together; a place comes every metre");
   OPTION(double, min_path_m, 10, {0, 1000},
          "a submap is older by so much path; scan_match looks back over less");
   OPTION(double, max_distance_m, 8, {0.1, 500},
@@ -59,7 +59,7 @@ struct ScanLoopsResult {
   std::size_t num_queries = 0;
 };
 
-// Cuts the drive into submaps that overlap by half. Every query_spacing_m, looks for the scans of a
+// Cuts the drive into submaps that overlap by half. Every metre, looks for the scans of a
 // short stretch in the older submaps in which the drift since then lets it be: the best pose of the
 // window by branch and bound (search_pose.h; Hess, Kohler, Rapp, Andor, Real-time loop closure in
 // 2D LIDAR SLAM, ICRA 2016), refined (match_scan.h). It is a loop when it scores enough, and no

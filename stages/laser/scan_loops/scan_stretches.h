@@ -22,7 +22,7 @@ struct ScanStretch {
 std::vector<ScanStretch> CutSubmaps(const ScanLoopsOptions& options,
                                     const std::vector<Keyscan>& keyscans);
 
-// Stretches of query_length_m about a keyscan every query_spacing_m of path.
+// Stretches of query_length_m about a keyscan every metre of path.
 std::vector<ScanStretch> CutQueries(const ScanLoopsOptions& options,
                                     const std::vector<Keyscan>& keyscans);
 

@@ -29,8 +29,8 @@ struct DriveOptions {
             "largest angular velocity, in either direction");
   OPTION_AT("max_acceleration_m_s2", controller.limits.max_acceleration_m_s2, {0.01, 20.0},
             "largest acceleration and deceleration");
-  OPTION_AT("max_angular_acceleration_rad_s2", controller.limits.max_angular_acceleration_rad_s2, {0.01, 100.0},
-            "largest angular acceleration and deceleration");
+  OPTION_AT("max_angular_acceleration_rad_s2", controller.limits.max_angular_acceleration_rad_s2,
+            {0.01, 100.0}, "largest angular acceleration and deceleration");
   OPTION_AT("period_s", controller.limits.period_s, {0.002, 0.5},
             "control period: a command holds this long");
   OPTION_AT("min_lookahead_m", controller.min_lookahead_m, {0.05, 10.0},

@@ -5,13 +5,6 @@
 
 namespace nightmap {
 
-void CensusOptions::Register(OptionList& list) {
-  list.Add("min_keyframes",
-           &min_keyframes,
-           Range(1, 1'000'000),
-           "keyframes below which the stage fails");
-}
-
 nlohmann::json RunCensus(const CensusOptions& options,
                          std::size_t num_frames,
                          std::size_t num_keyframes) {

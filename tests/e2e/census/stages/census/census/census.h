@@ -11,9 +11,8 @@
 namespace nightmap {
 
 struct CensusOptions {
-  int min_keyframes = 1;
-
-  void Register(OptionList& list);
+  OPTION(int, min_keyframes, 1, {1, 1'000'000}, "keyframes below which the stage fails");
+  REGISTER_OPTIONS();
 };
 
 // num_frames and num_keyframes. Throws ThresholdError when there are fewer than min_keyframes.
