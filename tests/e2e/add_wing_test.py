@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Adding a wing takes its own folders. A copy of the tree gets those of tests/e2e/census, a stage with its options, a job, a profile,
 sections of evaluation and report, and a page, and no other file changes. Then everything that goes through the stages knows it."""
@@ -7,7 +6,6 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-import unittest
 
 from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, write_small_site
 
@@ -127,7 +125,3 @@ class AddWingTest(SiteTest):
                                 env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")},
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
         self.assertEqual(result.returncode, 0, result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

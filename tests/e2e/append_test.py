@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A map to which frames are appended ends in the bytes of a clean build, and reruns only what they reach: a real
 recording that goes on, and a made-up building in which a second recording sees rooms that the first did not."""
@@ -115,7 +114,3 @@ class SecondRecordingTest(unittest.TestCase):
             shutil.rmtree(self.work.folder / "maps")
             self.map_of(2)
             self.assertEqual(appended, self.work.hashes())
-
-
-if __name__ == "__main__":
-    unittest.main()

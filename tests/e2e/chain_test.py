@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on a small building: what is made, what is remade, and that bytes agree."""
 import json
 import os
-import unittest
 
 from browser import shown_text
 from nightly import some_of
@@ -227,7 +225,3 @@ class ChainTest(CopiedSiteTest):
         result = self.work.make("localize")
         self.assertEqual(result.returncode, 2)
         self.assertIn("has no query pictures", result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

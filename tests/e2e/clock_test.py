@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Results with times in the future, as after a clock was set back: make notices them, keeps their order, and reruns what a
 change reaches."""
 import os
 import shutil
 import time
-import unittest
 
 from workspace import CopiedSiteTest
 
@@ -106,7 +104,3 @@ class ClockTest(CopiedSiteTest):
         self.assertLessEqual({"grid"}, self.ran())
         self.assertLessEqual(self.ran(), REACHED)
         self.assertEqual(self.work.hashes(), self.base.hashes())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A real COLMAP: it opens the exported map and agrees on its error, and the comparison runs with it."""
 import json
@@ -180,7 +179,3 @@ class ColmapTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertEqual(receipts, {path: path.stat().st_mtime_ns for path in receipts})
         self.assertIn(SITE, result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Costs of a make that finds nothing to do, on the small building. (shards_test.py asks for many shards.)"""
 import unittest
@@ -17,7 +16,3 @@ class CostsTest(unittest.TestCase):
         goals = [goal for goal in GOALS if goal != "localize"]
         self.assertLess(in_yardsticks(lambda: work.make(*goals)), 2)
         self.assertEqual(work.make("-q", *GOALS).returncode, 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

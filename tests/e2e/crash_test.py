@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Power cuts and full disks: whatever moment a run dies at, the next one gives the same bytes."""
 import contextlib
@@ -8,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
@@ -138,7 +136,3 @@ class CrashTest(CopiedSiteTest):
         self.work.make("clean")
         result = self.work.make(*GOALS, f"DATA={read_only}", f"SITE={SITE}")
         self.assertEqual(result.returncode, 0, result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

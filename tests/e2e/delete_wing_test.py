@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Deleting a wing takes its own folders. A copy of the tree loses those of the wing `ceiling`, with what bears its name among tests,
 sites and profiles; all else still composes, builds and passes."""
@@ -73,7 +72,3 @@ class DeleteWingTest(unittest.TestCase):
     @unittest.skipUnless(IS_NIGHT, "takes half an hour: set NIGHTMAP_NIGHTLY=1")
     def test_all_builds_and_passes(self):
         self.run_in("", "make", "test", NIGHTMAP_NIGHTLY="0")
-
-
-if __name__ == "__main__":
-    unittest.main()

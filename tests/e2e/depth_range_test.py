@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """max_depth_m bounds the map: the camera's motion is found with all depth that is measured."""
 import re
@@ -24,7 +23,3 @@ class DepthRangeTest(unittest.TestCase):
         for name in ("features/shard_0000.h5", "adjust/trajectory.tum"):
             self.assertEqual(after[name], before[name], name)
         self.assertLess(points.stat().st_size, 0.8 * num_bytes)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Every detector but SIFT, which all other tests use: from the pictures of a made-up building to located queries."""
 import json
@@ -36,7 +35,3 @@ class DetectorsTest(unittest.TestCase):
         self.assertIn("fast_brisk", result.stdout)
         text = " ".join(self.work.run("features", "--help").stdout.split())
         self.assertIn("SURF is missing because it is patented and Debian's OpenCV is built without it", text)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A detector, a layout of recordings and a kind of sensor take the edits that docs/extending.md says. A copy of the tree gets one of
 each; then frames lists a recording of that layout with that sensor, features finds that detector's keypoints, and the tests that
 hold the tables together pass. By day: the page names the files, and each place to edit is there once."""
 import dataclasses
 import json
-import os
 import shutil
 import subprocess
 import unittest
@@ -205,7 +203,3 @@ class ExtendTest(unittest.TestCase):
 
     def test_the_tests_of_the_tables_know_the_rows(self):
         self.run_script("-m", "unittest", *ROWS_TESTS, cwd="tests/scripts")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Lists of frames in another form give the same bytes: times in another unit, and color with depth in associations.txt."""
 import unittest
@@ -56,7 +55,3 @@ class FrameListsTest(unittest.TestCase):
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertRegex(result.stdout, r'rgb\.txt: its times cannot be in seconds, they look like us: write time_unit = "us" in the table '
                                         rf"at \S*{SITE}\.toml:\d+")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A disk that is full when make's own scripts write: one message that names the file and the remedy, no temporary left,
 and the next run with room ends in the bytes of an undisturbed one. (crash_test.py fills the disk of the programs.)"""
 import os
 import subprocess
-import unittest
 
 from nightly import some_of
 from stub_site import StubSite
@@ -99,7 +97,3 @@ class FullDiskTest(SiteTest):
         program.unlink()
         self.site.add_program("grid")
         self.check_recovers(expected)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
 Results of the default profile stand for the other system."""
@@ -211,7 +210,3 @@ class ImportedTest(unittest.TestCase):
         self.make("empty", "-q", "map", code=1)  # nothing given: the default pipeline
         self.site("lost", 'trajectory = "nowhere.tum"')
         self.assertIn("data/nowhere.tum does not exist", self.make("lost", "map", code=2))
-
-
-if __name__ == "__main__":
-    unittest.main()

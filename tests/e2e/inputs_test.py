@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Broken input: what is skipped and counted, what stops a stage, and with which exit code."""
 import csv
@@ -6,7 +5,6 @@ import json
 import os
 import resource
 import shutil
-import unittest
 
 import numpy as np
 from PIL import Image
@@ -314,7 +312,3 @@ class InputsTest(CopiedSiteTest):
             row = rows[query["color_path"]]
             self.assertEqual((row["status"], row["reason"]), verdict)
             self.assertEqual(row["tx_m"], "")
-
-
-if __name__ == "__main__":
-    unittest.main()

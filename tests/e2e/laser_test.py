@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile laser: the map of the made-up building by its robot's scans against the exact one, and of real logs against poses
 that others corrected; what reruns after a change; logs that end in the middle."""
@@ -228,7 +227,3 @@ class RealLogsTest(unittest.TestCase):
     @nightly
     def test_freiburg_079(self):
         self.check("freiburg_079", "freiburg-079-corrected.log.gz")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A recording seen through a fisheye and through a lens of eight coefficients makes the map that the pinhole makes."""
 import json
@@ -113,7 +112,3 @@ class LensesTest(unittest.TestCase):
             with self.subTest(name):
                 self.assertLess(self.error_m(name), 1.25 * pinhole_m)
                 self.assertIn(f"1 {model} 480 320", (self.folder / "maps" / name / "landmarks" / "colmap" / "cameras.txt").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A camera that sees a part of its robot: make check says so and writes a mask, and a map with the mask is made without it."""
 import json
@@ -86,7 +85,3 @@ class MaskTest(unittest.TestCase):
         result = self.work.make("map")
         self.assertIn("Error 1", result.stdout)
         self.assertRegex(result.stdout, r'small.toml:\d+: mask = "mask.png": .*mask.png: 32 x 24 pixels, its camera has 320 x 240')
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Short memory: a job that lacks it fails and says so, and the next make gives what it always gives."""
 import resource
 import subprocess
-import unittest
 
 from nightly import some_of
 from workspace import BUILD, REPOSITORY, CopiedSiteTest, environment
@@ -72,7 +70,3 @@ class MemoryTest(CopiedSiteTest):
                 self.assertEqual(result.returncode, 0, result.stdout)
                 hashes = self.work.hashes()  # with those of localize, which the report of the failed run asked for
                 self.assertEqual({name: hashes.get(name) for name in self.hashes}, self.hashes)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile moving on the small building: a board that is pasted into the recording and passes before the camera is masked
 and seen by no later job; the evaluation compares with its truth; the report shows the masks."""
@@ -88,7 +87,3 @@ class MovingTest(BoardTest):
 
     def test_the_report_shows_the_masks(self):
         self.assertIn("What moves", self.work.path("report/index.html").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """objects.yaml as the page of a laser map writes and opens it: round trip, mistakes in a file, files of the site."""
 import os
 import re
 import subprocess
 import tomllib
-import unittest
 
 from objects_page import COLUMN, ObjectsPageCase, fake_site
 
@@ -135,7 +133,3 @@ class ObjectsFileTest(ObjectsPageCase):
         self.assertEqual(self.objects()[0]["name"], "column")
         self.page.click("#objects .files button:nth-child(2)")
         self.assertEqual(self.objects()[0]["name"], "proposed </script>")
-
-
-if __name__ == "__main__":
-    unittest.main()

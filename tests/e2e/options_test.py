@@ -1,7 +1,5 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Two jobs of one program with different options: a change of one job's option reruns that job alone."""
-import unittest
 
 from stub_site import SITE, StubSite
 from workspace import BUILD, SiteTest
@@ -79,7 +77,3 @@ class OptionsTest(SiteTest):
         said = self.make("map", code=2)
         self.assertRegex(said, r"configs/both/pipeline.toml:5: \[ceiling_features\]: there is no configs/both/default/ceiling_features.toml: "
                                "copy the default options of features to it")  # fmt: skip
-
-
-if __name__ == "__main__":
-    unittest.main()

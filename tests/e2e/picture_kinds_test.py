@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures as recorders write them: depth of floats, depth with its confidence, infrared of 10 bits. Each map is that of the usual kind."""
 import re
@@ -102,7 +101,3 @@ class InfraredTest(KindOfPictureTest):
         self.edit(self.work, r"^\[\[camera\]\]", "[[camera]]\npicture_bits = 10")
         self.assertNotIn("dark frames", self.made(self.work, "check", f"maps/{SITE}/{features}"))
         self.assertEqual(self.work.hashes()[features], of_8_bits.hashes()[features])
-
-
-if __name__ == "__main__":
-    unittest.main()

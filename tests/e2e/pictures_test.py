@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Plain pictures as queries: other sizes and lenses than the map's, from anywhere, straight to a path."""
 import csv
 import json
 import math
 import os
-import unittest
 
 import numpy as np
 from PIL import Image
@@ -218,7 +216,3 @@ class PicturesTest(CopiedSiteTest):
                     self.assertEqual(self.located(name)["reason"], "unreadable_image")
                 if query != "photos/movie.mp4":
                     self.check_same_place(self.located("a.png"), self.best)
-
-
-if __name__ == "__main__":
-    unittest.main()

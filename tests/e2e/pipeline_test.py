@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The rules of a site, with programs that are stubs: what runs, what `why` and -q say of it, a second make at the same
 time, what a failed run leaves."""
@@ -8,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import time
-import unittest
 
 from browser import shown_text
 from nightly import IS_NIGHT, some_of
@@ -281,7 +279,3 @@ class FailureTest(StubTest):
         self.assertIn("the last run, make map, was killed", status)
         self.assertIn("features_0000: did not come to its end", status)
         self.assertIn("features_0000", self.site.path("report/index.html").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The check before a run: a value out of range of each program, and each declared clash, stop with exit code 2 in little
 time, name the place, and change nothing. The programs are the real ones; none gets to run. (programs_test.py shows every
@@ -112,7 +111,3 @@ class PreflightTest(unittest.TestCase):
                 said = (*[named] * bool(named), clash["remedy"])
                 self.assertLess(self.check(change, *said), MAX_YARDSTICKS)
                 self.check(change, *said)  # what was refused once is refused again
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A profile adds a job upstream of the pairs, units and a goal of its own, by its folder alone: everything that goes through the
 jobs knows them. The programs are stubs."""
 import os
 import shutil
 import subprocess
-import unittest
 
 from stub_site import SITE, StubSite
 from workspace import BUILD, PIPELINE, SiteTest
@@ -139,7 +137,3 @@ class ProfileTest(SiteTest):
         self.addCleanup(os.environ.pop, "STUB_ROOM")
         self.make("rooms", "SET=rooms.size=3")
         self.assertEqual(sorted(path.name for path in self.site.path("draw").glob("*.png")), ["room_cellar.png", "room_kitchen.png"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Laser relocalization as published (CN110307838A), through make: objects that a site imports, and a rough position of each scan."""
 import csv
@@ -86,7 +85,3 @@ class PublishedTest(unittest.TestCase):
         page = (self.maps / "report/index.html").read_text()
         for title in ("Objects of the map", "Poses at which an object is where the map has it", "Scans of which objects removed a place"):
             self.assertIn(title, page)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Each publication is one word: on small made-up sites, PROFILE=published_... gives a map, and located queries where the publication
 locates any, with the published values; nothing of it is left when the site goes back to its own profile."""
@@ -135,7 +134,3 @@ class PeopleTest(Published):
 
     def test_2_values_are_the_published_ones(self):
         self.check_values_and_state()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,8 +1,6 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on real recordings: maps without the frames that are located in them, and at night maps of all frames."""
 import csv
-import unittest
 
 from PIL import Image, ImageOps
 
@@ -56,7 +54,3 @@ class RealDataTest(Bars):
         self.assertGreaterEqual(queries["local"]["recall_5cm_5deg_percent"], 97)
         self.assertGreaterEqual(queries["global"]["recall_5cm_5deg_percent"], 85)
         self.check_path_between_pictures(site_dir)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures that are easily taken for others: of rooms furnished alike, of corridors that look the same
 the other way round, and of a building that was never mapped."""
@@ -52,7 +51,3 @@ class LookAlikesTest(unittest.TestCase):
         self.assertGreaterEqual(len(refused), 0.98 * NUM_QUERIES)
         for row in refused:
             self.assertIn(row["reason"], ("too_few_matches", "too_few_inliers", "uncertain_pose"))
-
-
-if __name__ == "__main__":
-    unittest.main()

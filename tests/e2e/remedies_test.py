@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Artifacts that are damaged or another site's, with the times of good ones, so that make does not notice: the
 job that reads one names it, and deleting what the message names gives the map again (by day tried for one case in three)."""
@@ -90,7 +89,3 @@ class RemediesTest(unittest.TestCase):
             damaged, change, remade, named = case
             with self.subTest(damaged=damaged, change=change.__name__, read_for=remade):
                 self.check(damaged, change, remade, named, case in tried)
-
-
-if __name__ == "__main__":
-    unittest.main()

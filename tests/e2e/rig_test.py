@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site of two cameras that record at once: frames are listed by time and camera with unique times and described, and a map is
 refused before anything runs."""
@@ -71,7 +70,3 @@ class RigTest(unittest.TestCase):
         result = self.work.make(FEATURES)
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("cameras that record at once need the same `rig`", result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

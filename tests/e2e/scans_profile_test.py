@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site without a camera: a profile leaves out its jobs and brings one of its own, with a section of the page and figures of
 its own. Evaluation and report show these, and no section of what the site has not. The programs are stubs."""
 import json
 import re
-import unittest
 
 from stub_site import StubSite
 from workspace import PIPELINE, SiteTest
@@ -72,7 +70,3 @@ class ScansTest(SiteTest):
         self.report.unlink()
         output = self.make("report", code=2)
         self.assertIn("stages/scan_map/report.py", output)
-
-
-if __name__ == "__main__":
-    unittest.main()

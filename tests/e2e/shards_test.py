@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site of many shards, made by stub programs: the CPU time of a make that finds nothing to do. NIGHTMAP_NIGHTLY=1 tries
 1,000 and 5,000 shards too, which takes minutes to make; tests/bench/bench_shards.py measures the same in seconds."""
@@ -36,7 +35,3 @@ class ManyShardsTest(unittest.TestCase):
     @nightly
     def test_five_thousand_shards(self):
         self.check(5000, max_yardsticks=45)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Sites of other sensors than a camera with depth, and recordings of which a query must not ask."""
 import json
 import re
 import time
-import unittest
 
 import h5py
 import matplotlib.image
@@ -193,7 +191,3 @@ class AppliedSignalsTest(CopiedSiteTest):
         self.assertIn(f"{num_files} files, {num_files} of them", log.read_text())
         self.make("map")
         self.assertEqual(self.work.hashes(), hashes)
-
-
-if __name__ == "__main__":
-    unittest.main()

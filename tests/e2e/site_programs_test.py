@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A run builds the programs that its site runs, and no others; the compiler is a stub."""
 import os
@@ -86,7 +85,3 @@ class SiteProgramsTest(unittest.TestCase):
         said, built = self.make("map", "SET=grid.no_such_key=1", code=2)
         self.assertIn("no_such_key", said)
         self.assertEqual(built, set())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
 building.
@@ -111,7 +110,3 @@ class TwoRecordingsTest(unittest.TestCase):
         by_first = first @ (middle - moves[0][1]) + moves[0][2]
         self.assertLessEqual(np.linalg.norm(by_first - second_middle), 0.03)
         self.assertLessEqual(angles_deg((first @ second.T)[None])[0], 0.5)
-
-
-if __name__ == "__main__":
-    unittest.main()

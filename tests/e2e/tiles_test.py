@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
 import json
 import os
-import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
@@ -229,7 +227,3 @@ class TilesTest(SiteTest):
         result = self.work.make(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/adjust/graph.g2o", SMALL, "-j2")
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertEqual(grid.read_bytes(), content)
-
-
-if __name__ == "__main__":
-    unittest.main()

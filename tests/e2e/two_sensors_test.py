@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """One building, two sensors: the places of the demo's query pictures, asked for again by laser scans in the map of demo_laser.
 A picture and a scan that are located at one place must agree. Maps are kept in <build>/accuracy: after demo_test, this test takes
@@ -148,7 +147,3 @@ class TwoSensorsTest(unittest.TestCase):
         for sensor in (self.pictures, self.scans):
             for i in sensor.located:
                 self.assertLess(np.linalg.norm(sensor.place_m[i] - self.truth.positions_m[i, :2]), 0.5, (i, sensor.rows[i]))
-
-
-if __name__ == "__main__":
-    unittest.main()

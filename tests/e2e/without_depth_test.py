@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site without depth: its frames are listed and described, and goals whose jobs need depth are refused before anything runs."""
 import unittest
@@ -36,7 +35,3 @@ class WithoutDepthTest(unittest.TestCase):
             self.assertNotIn("== ", result.stdout)
         self.assertIn("which matches need", result.stdout)
         self.assertEqual(self.work.runs(), before)
-
-
-if __name__ == "__main__":
-    unittest.main()

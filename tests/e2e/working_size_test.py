@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures larger than the working size of their camera: the map is as good, and what leaves the house has the size of the pictures."""
 import json
@@ -27,7 +26,3 @@ class WorkingSizeTest(unittest.TestCase):
         self.assertEqual(lines[-1].split()[2:4], ["320", "240"])
         self.assertLess(metrics["trajectory"]["se3"]["ate_rmse_m"], MAX_ATE_M)
         self.assertEqual(metrics["queries"]["num_located"], metrics["queries"]["num_queries"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Results that are not what their jobs wrote: the job that reads one ends and names it, and deleting it gives the map again. A
 result that is newer than its receipt looks like a commit that was killed, and is made again by itself."""
@@ -83,7 +82,3 @@ class WrittenFilesTest(unittest.TestCase):
             self.assertFalse(keeps_time, "a file that nobody wrote is taken")
         hashes = work.hashes(site)
         self.assertEqual({name: hashes.get(name) for name in self.hashes[site]}, self.hashes[site])
-
-
-if __name__ == "__main__":
-    unittest.main()

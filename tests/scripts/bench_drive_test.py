@@ -163,7 +163,3 @@ class OptionsTest(unittest.TestCase):
         for text in ("max_v_m_s=1", "drive.max_v_m_s", "drive.max.v=1"):
             with self.assertRaises(DataError):
                 bench_drive.options_of(argparse.Namespace(set=[text]), "drive")
-
-
-if __name__ == "__main__":
-    unittest.main()

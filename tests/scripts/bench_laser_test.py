@@ -117,7 +117,3 @@ class RepeatTest(unittest.TestCase):
         for product in (bench_laser.compose(bench_laser.inverse(pose), pose[None]),
                         bench_laser.compose(pose, bench_laser.inverse(pose)[None])):  # fmt: skip
             np.testing.assert_allclose(product, np.zeros((1, 3)), atol=1e-12)
-
-
-if __name__ == "__main__":
-    unittest.main()

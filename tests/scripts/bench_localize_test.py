@@ -240,7 +240,3 @@ class BenchLocalizeTest(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn("no such camera", result.stderr)
         self.assertEqual(self.run_bench("--sizes", 0).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -74,7 +74,3 @@ class BenchOctreeTest(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn("no poses", result.stderr)
         self.assertEqual(self.run_bench("--repeats", 0).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -123,7 +123,3 @@ class QuestionTest(unittest.TestCase):
 def headings_rad(truth):
     rotations = truth.rotations()
     return np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -147,7 +147,3 @@ class ProgramsTest(unittest.TestCase):
     def test_numbers_of_seeds_must_be_positive(self):
         for option in ("--seeds", "--radius"):
             self.assertEqual(fake_site.run("bench_relocalization.py", "x", "--build", "y", option, "0").returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

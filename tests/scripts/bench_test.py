@@ -52,7 +52,3 @@ class BenchTest(unittest.TestCase):
     def test_a_thousand_frames_stand_for_a_long_one(self):
         row, _ = self.row(8000)
         self.assertEqual((row["frames"], row["ms"], row["yardstick"]), ("8000", "20.0", "240.0"))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -50,7 +50,3 @@ class RepeatTest(unittest.TestCase):
         self.assertEqual([row["color_path"] for row in rows], [f"{idx // 3}/a,{idx % 3}.jpg" for idx in range(8)])
         self.assertEqual([row["depth_path"] for row in rows], [f"{idx // 3}/d{idx % 3}.png" for idx in range(8)])
         self.assertEqual((self.folder / "data" / rows[7]["color_path"]).read_text(), "picture 1")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -60,7 +60,3 @@ class IouTest(unittest.TestCase):
         points = np.random.default_rng(1).uniform(-2, 2, (200000, 3))
         in_a, in_b = (np.all(np.abs(one.to_own_axes(points)) <= one.half_size_m, axis=1) for one in (a, b))
         self.assertAlmostEqual(iou(a, b), np.sum(in_a & in_b) / np.sum(in_a | in_b), 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

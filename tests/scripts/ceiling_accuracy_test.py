@@ -228,7 +228,3 @@ class CeilingSiteTest(unittest.TestCase):
             result = self.run_script("report.py", "x.html")
             self.assertEqual(result.returncode, 1)
             self.assertRegex(result.stderr, f"metrics.json: sections.*{name}")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -152,7 +152,3 @@ class ConsistencyTest(unittest.TestCase):
         errors = errors_then(ceiling_map, to_trajectory(ceiling_site.times_ns(), ceiling_site.drive())).errors
         np.testing.assert_allclose(errors[7], [0.03, -0.04, 0.01], atol=1e-9)
         np.testing.assert_allclose(np.delete(errors, 7, axis=0), 0, atol=1e-9)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -32,7 +32,3 @@ class CloudConsistencyTest(unittest.TestCase):
             self.assertEqual([call[4] for call in calls],
                              [[f"point_cloud.min_consistent_frames={value}"] for value in cloud_consistency.VALUES])  # fmt: skip
             self.assertIn("| office | 2 | 50.8 | 91.4 | 8.2 | n/a | 1.7 |", result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -119,7 +119,3 @@ class ColmapFilesTest(unittest.TestCase):
         connection.close()
         with self.assertRaisesRegex(DataError, "database.db: camera 1"):
             read_cameras(database)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -285,7 +285,3 @@ class ColmapStepTest(unittest.TestCase):
         result = self.run_step("features")
         self.assertEqual(result.returncode, 1)
         self.assertIn("clip.avi#0", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

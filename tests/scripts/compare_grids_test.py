@@ -121,7 +121,3 @@ class CommandTest(unittest.TestCase):
         (site / "grid" / "map.yaml").unlink()
         self.assertIn("no grid; run make map", fake_site.run("compare_grids.py", site, site).stderr)
         self.assertEqual(fake_site.run("compare_grids.py", site).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

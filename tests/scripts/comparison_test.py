@@ -355,7 +355,3 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertIn("| map (s) |", page.read_text())
         self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")
         self.assertNotIn("old", page.read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

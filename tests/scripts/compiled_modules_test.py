@@ -46,7 +46,3 @@ class CompiledModulesTest(unittest.TestCase):
                     self.check_whole()
                     self.assertIn("rules_file", self.compiled())
                     self.assertEqual([path for path in self.folder.rglob("*.pyc.*")], [])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -172,7 +172,3 @@ class TableTest(unittest.TestCase):
         lines = measure_faults.random_markdown(rows).splitlines()
         self.assertEqual(lines[2:4], ["| below 1.5 | 1 | 0 | 0 | 0 |", "| 1.5 to 5 | 0 | 1 | 0 | 0 |"])
         self.assertTrue(lines[4].endswith(" | 0 | 0 | 2 | 1 |"), lines[4])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -134,7 +134,3 @@ class DamagedFilesTest(unittest.TestCase):
     def test_configs_and_comparison(self):
         self.check("report.py", "config/grid.toml", [b"\xff"], "delete the file")
         self.check("report.py", "evaluate_colmap/results.json", [*JSON, b"{}", b'{"colmap": 5}'], "make evaluate-colmap")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -42,7 +42,3 @@ class DetectorsTest(unittest.TestCase):
         rows = re.findall(r'\{"(\w+)", DescriptorKind::', table)
         self.assertIn("sift", rows)
         self.assertCountEqual(re.findall(r'"(\w+)"', re.search(r"kDetectors = \{(.*?)\}", tests, re.DOTALL)[1]), rows)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of grids: a map of another system may be turned by the yaw of its origin."""
 import sys
@@ -36,7 +35,3 @@ class DrawGridTest(unittest.TestCase):
                 for state, shade in ((FREE, 0xFF), (OCCUPIED, 0x20), (UNKNOWN, 0xC8)):
                     right = np.mean(np.abs(shades[cells == state].astype(int) - shade) < 4)
                     self.assertGreater(right, 0.95)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -81,7 +81,3 @@ class CommandTest(unittest.TestCase):
             with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
                 self.assertEqual(fake_site.run("figures.py", "--data", folder, "--page", page).returncode, 0)
             self.assertIn("| printed |", page.read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -69,7 +69,3 @@ class ImportsTest(unittest.TestCase):
         self.assertIsNone(self.named("", "model.toml"))
         self.assertIsNone(self.named("image: a.pgm\n", "poses.tum"))
         self.assertEqual(files_of(str(self.folder / "none.yaml")), [str(self.folder / "none.yaml")])
-
-
-if __name__ == "__main__":
-    unittest.main()

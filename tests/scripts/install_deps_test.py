@@ -48,7 +48,3 @@ class InstallDepsTest(unittest.TestCase):
         self.assertEqual(packages, set())
         self.assertIn("installed", said)
         self.assertEqual(self.run_script("--quiet", "synthesize", is_installed=True), (set(), ""))
-
-
-if __name__ == "__main__":
-    unittest.main()

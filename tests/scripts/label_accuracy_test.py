@@ -157,7 +157,3 @@ class ClassDistancesTest(unittest.TestCase):
         expected[expected > reach_m] = np.inf
         found = class_distances_m(points, TrueBuilding(["a", "b", "c"], boxes, [], []), reach_m)
         np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
-if __name__ == "__main__":
-    unittest.main()

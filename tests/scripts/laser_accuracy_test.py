@@ -340,7 +340,3 @@ class PlanarAlignmentTest(unittest.TestCase):
         for points in (np.zeros((5, 3)), np.full((3, 3), np.nan), np.zeros((1, 3))):
             with self.assertRaises(DataError):
                 planar_umeyama(points, points, with_scale=False)
-
-
-if __name__ == "__main__":
-    unittest.main()

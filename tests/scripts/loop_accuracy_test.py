@@ -74,7 +74,3 @@ class LoopMetricsTest(unittest.TestCase):
             table.write_text("frame_a,frame_b,status,reason\n1,x,accepted,\n", encoding="utf-8")
             with self.assertRaisesRegex(DataError, "loops.csv:2"):
                 loop_accuracy.read_loops(table)
-
-
-if __name__ == "__main__":
-    unittest.main()

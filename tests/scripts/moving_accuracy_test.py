@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the masks of what moves, against pictures of the truth."""
 import pathlib
@@ -90,7 +89,3 @@ class MovingAccuracyTest(unittest.TestCase):
                 page = str(report_masks.sections(site, metrics))
             self.assertIn("Precision", page)
             self.assertEqual("while it pauses (%)" in page, is_there)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -198,7 +198,3 @@ class CommandLineTest(unittest.TestCase):
         self.assertEqual(mrpt.spread(list(range(11)), 3), [0, 5, 10])
         self.assertEqual(mrpt.spread([1, 2], 0), [1, 2])
         self.assertEqual(mrpt.spread([1, 2], 5), [1, 2])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -44,7 +44,3 @@ class NearestFramesTest(unittest.TestCase):
         self.assertEqual(self.locate("located,,0.9,0,0,0,0,0,1")[0], ["color/1.png", "color/0.png"])
         (self.folder / "map_frame" / "keyframes.tum").unlink()
         self.assertEqual(self.locate("located,,0.9,0,0,0,0,0,1"), {})
-
-
-if __name__ == "__main__":
-    unittest.main()

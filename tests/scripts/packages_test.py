@@ -83,7 +83,3 @@ class MadeUpCheckoutTest(unittest.TestCase):
     def test_a_page_without_files_is_refused(self):
         with self.assertRaises(DataError):
             self.rows("text")
-
-
-if __name__ == "__main__":
-    unittest.main()

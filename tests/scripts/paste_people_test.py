@@ -172,7 +172,3 @@ class RaysTest(unittest.TestCase):
         u = 517 * (x * factor + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + 318
         v = 516 * (y * factor + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + 255
         np.testing.assert_allclose(np.stack([u, v]), np.meshgrid(np.arange(640), np.arange(480)), atol=0.05)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures that the scripts open: label pictures as stored, and no files of other kinds."""
 import os
@@ -61,7 +60,3 @@ class PicturesTest(unittest.TestCase):
         os.mkfifo(self.path)
         with self.assertRaises(OSError):
             open_picture(self.path)
-
-
-if __name__ == "__main__":
-    unittest.main()

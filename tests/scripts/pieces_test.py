@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pipelines that are composed: what a list of pieces brings, what is joined, and what is refused."""
 
@@ -115,7 +114,3 @@ class PiecesTest(unittest.TestCase):
         self.refused(job("see", a="sea.o if any"), r"own/pipeline.toml:4: \[see\]: in.a: no job 'sea'")
         self.write("deaf", 'pieces = ["own"]\n')
         self.refused('pieces = ["deaf"]\n', "deaf/pipeline.toml: pieces: 'own' is no folder .*lists this one")
-
-
-if __name__ == "__main__":
-    unittest.main()

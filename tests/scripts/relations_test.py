@@ -115,7 +115,3 @@ class FileTest(unittest.TestCase):
         for text in ("", "# nothing\n"):
             with self.assertRaisesRegex(DataError, r"relations\.txt: no relation"):
                 self.read(text)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -122,7 +122,3 @@ class ObjectsSectionTest(unittest.TestCase):
             result = fake_site.run("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(out.read_text().count("<h2>Objects</h2>"), 1)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -348,7 +348,3 @@ class PiecesTest(unittest.TestCase):
         self.assertEqual(html.number(None), "n/a")
         self.assertEqual(html.number(12345), "12345")
         self.assertIsNotNone(re.fullmatch(r"0\.123", html.number(0.12345)))
-
-
-if __name__ == "__main__":
-    unittest.main()

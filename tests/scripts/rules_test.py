@@ -574,7 +574,3 @@ class PreflightTest(unittest.TestCase):
         preflight.check_disk("/nowhere/maps", 1, "the map")
         with self.assertRaisesRegex(PipelineError, "are free, and the map needs about 1000000000000.00 GB"):
             preflight.check_disk("/nowhere/maps", 1e21, "the map")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """run_job.sh says what a program cannot say itself: that it was short of memory."""
 import pathlib
@@ -47,7 +46,3 @@ class RunJobTest(unittest.TestCase):
         for command in ("exit 1", "exit 2", "exit 127", MISSING, "exit 134", "exit 139"):
             with self.subTest(command):
                 self.assertNotIn("memory", self.run_job(command)[1])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -84,7 +84,3 @@ class ScanResultsTest(unittest.TestCase):
         result = fake_site.run("show_queries.py", self.site_dir)
         self.assertEqual(result.returncode, 1)
         self.assertRegex(result.stderr, "^error: .*queries/queries.txt.*delete the file and run make again\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()

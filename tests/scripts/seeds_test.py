@@ -102,7 +102,3 @@ class CollectTest(unittest.TestCase):
                 damaged = fake_site.run("seeds.py", *arguments)
                 self.assertEqual(damaged.returncode, 1)
                 self.assertRegex(damaged.stderr, "^error: .*seed_1/office/evaluate/metrics.json[^\n]*delete the file[^\n]*\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()

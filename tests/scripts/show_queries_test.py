@@ -94,7 +94,3 @@ class ShowQueriesTest(unittest.TestCase):
         self.assertEqual(places, sorted(places))
         self.assertEqual(page.count("<tr><td>"), 14)
         self.assertIn("12 of the site&#x27;s 20 queries", page)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -39,7 +39,3 @@ class SiteTest(unittest.TestCase):
         self.assertIsNone(site.path("pose_graph", "loops_csv"))
         with self.assertRaisesRegex(DataError, "office: its pipeline has no loops.loops.*run make map with a profile"):
             site.needed("loops", "loops")
-
-
-if __name__ == "__main__":
-    unittest.main()

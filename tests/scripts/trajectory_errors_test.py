@@ -228,7 +228,3 @@ class RecallTest(unittest.TestCase):
     def test_no_queries_have_no_recall(self):
         summary = query_summary(np.zeros(0), np.zeros(0), 0)
         self.assertIsNone(summary["recall_5cm_5deg_percent"])
-
-
-if __name__ == "__main__":
-    unittest.main()

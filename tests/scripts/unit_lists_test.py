@@ -182,7 +182,3 @@ class LeftoversTest(SiteFolder):
         self.assertTrue((self.site_dir / "loops").exists())
         self.assertFalse((self.site_dir / "odometry").exists())
         self.removed(self.graph(), stay + go, [])
-
-
-if __name__ == "__main__":
-    unittest.main()

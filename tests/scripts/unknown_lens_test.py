@@ -53,7 +53,3 @@ class RowTest(unittest.TestCase):
     def test_no_picture_located(self):
         nothing = np.zeros(0)
         self.assertEqual(bench.row("case", nothing, nothing, nothing, 4, 5, 1)[:4], ["case", "4", "0", "0"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -69,7 +69,3 @@ class UseObjectsTest(unittest.TestCase):
                            (TEXT.replace("1.000", ".nan"), "download it"), (TEXT.replace("nightmap ", ""), "format")):  # fmt: skip
             self.check_refused(1, said, NAMED, text)
         self.assertEqual(self.run_it(NAMED, "format: nightmap objects\nversion: 1\nobjects: []\n").returncode, 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

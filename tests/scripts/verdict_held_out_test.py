@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_held_out: one look-alike is no fault, several scans found elsewhere are, and so is a map whose drawings of a place lie apart."""
 
@@ -69,7 +68,3 @@ class HeldOutTest(unittest.TestCase):
         self.assertEqual([item.verdict for item in found.values()], [NOT_KNOWN])
         self.assertIn("9 of 39 scans", found[ELSEWHERE].advice)
         self.assertEqual([item.verdict for item in self.checks([]).values()], [NOT_KNOWN])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_laser: of a robot without wheels in bare corridors nobody can know how far it went, and the verdict says so."""
 
@@ -39,7 +38,3 @@ class UnclearTest(unittest.TestCase):
     def test_a_damaged_report_is_named(self):
         with self.assertRaisesRegex(DataError, r"report\.json"):
             self.checks(num_scans="many", num_scans_unclear=1, odometry_sensor="")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_parts: parts of a laser's way between which nothing is known are joined by loops, or the map is not used."""
 
@@ -53,7 +52,3 @@ class PartsTest(unittest.TestCase):
     def test_a_damaged_file_is_named(self):
         with self.assertRaisesRegex(DataError, r"edges\.h5"):
             self.checks([], [], np.zeros(3))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -242,7 +242,3 @@ class TableTest(unittest.TestCase):
         here, turned, elsewhere = ranges_m(poses, CIRCLE)
         self.assertTrue(of_one_place(here, turned))
         self.assertFalse(of_one_place(here, elsewhere))
-
-
-if __name__ == "__main__":
-    unittest.main()

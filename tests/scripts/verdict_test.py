@@ -293,7 +293,3 @@ class MapTest(unittest.TestCase):
         result = fake_site.run("verdict.py", "--site-dir", self.site_dir, "--out", out)
         self.assertEqual(json.loads(out.read_text())["needs"], needs, result.stderr)
         self.assertIn(needs_line(needs), result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -165,7 +165,3 @@ class FloorTest(unittest.TestCase):
 
     def test_the_way_of_a_laser_has_no_camera_over_a_floor(self):
         self.assertEqual(self.judged(num_scans=845), {})
-
-
-if __name__ == "__main__":
-    unittest.main()

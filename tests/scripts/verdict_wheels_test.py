@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_wheels: of a map's motion and that of the wheels, the check that fails, the cause it names and the values to write, which are
 those of the scanner as it is."""
@@ -156,7 +155,3 @@ class VerdictWheelsTest(unittest.TestCase):
         self.assertIn("in some places and right in others", advice)
         self.assertIn("bare corridors", advice)
         self.assertNotIn("multiply", advice)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -74,7 +74,3 @@ class VerifyTest(unittest.TestCase):
         result = fake_site.run("verify.py", self.site_dir / "elsewhere")
         self.assertEqual(result.returncode, 1)
         self.assertIn("run make map first", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

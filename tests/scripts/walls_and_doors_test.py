@@ -187,7 +187,3 @@ class FloorsTest(unittest.TestCase):
             self.write_floors([0.0], **wrong)
             with self.assertRaisesRegex(DataError, "floors.json"):
                 read_floors(Site(self.site_dir))
-
-
-if __name__ == "__main__":
-    unittest.main()

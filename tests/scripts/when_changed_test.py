@@ -84,7 +84,3 @@ class WhenChangedTest(unittest.TestCase):
     def test_it_always_runs_at_night(self):
         self.runs()
         self.assertTrue(self.runs(NIGHTMAP_NIGHTLY="1"))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -69,7 +69,3 @@ class WritingFolderTest(unittest.TestCase):
         other_host.mkdir()
         write_atomic(self.root / "a.txt", "a")
         self.assertEqual(self.names(), [other_host.name, "a.txt"])
-
-
-if __name__ == "__main__":
-    unittest.main()

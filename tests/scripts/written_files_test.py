@@ -95,7 +95,3 @@ class ScriptsTest(unittest.TestCase):
 
     def run_script(self, site, script):
         return fake_site.run(script, "--site-dir", site, "--data", site.parent, "--out", site / "out")
-
-
-if __name__ == "__main__":
-    unittest.main()
