@@ -3,13 +3,12 @@
 
 import argparse
 import json
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import fake_site
+from folder_case import FolderTest
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_site.script_errors import DataError
 
@@ -53,11 +52,8 @@ class ArcsTest(unittest.TestCase):
         np.testing.assert_allclose(bench_drive.on_arcs(1, 2, np.pi / 2, 3, 0, 2), [1, 8, np.pi / 2])
 
 
-class DriveTest(unittest.TestCase):
+class DriveTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.v, self.omega = commands()
         self.poses = driven(self.v, self.omega)
         self.path = self.poses[:, :2].copy()
@@ -126,15 +122,14 @@ class DriveTest(unittest.TestCase):
         self.assertEqual(self.wrong(), ["heading"])
 
 
-class ObstaclesTest(unittest.TestCase):
+class ObstaclesTest(FolderTest):
     def obstacles(self, unknown_is_obstacle):
         """(column, row) of the obstacles among 3 x 2 cells, the right ones of the upper row not free."""
         cells = np.array([[FREE, FREE, FREE], [FREE, OCCUPIED, UNKNOWN]])
         gray = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
         pixels = np.vectorize(gray.get)(cells).astype(np.uint8)
-        with tempfile.TemporaryDirectory() as folder:
-            fake_site.write_map(Path(folder), "map", pixels, (1.0, 2.0), 0.1)
-            grid = read_grid(Path(folder) / "map.yaml")
+        fake_site.write_map(self.folder, "map", pixels, (1.0, 2.0), 0.1)
+        grid = read_grid(self.folder / "map.yaml")
         centres_m = bench_drive.obstacle_centres_m(grid, unknown_is_obstacle, 0.1)
         return {tuple(cell) for cell in np.round((centres_m - [1.05, 2.05]) / 0.1).astype(int)}
 

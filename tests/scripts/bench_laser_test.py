@@ -1,16 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_laser.py: the repeated log is that of a robot that drives the same round again and again."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import h5py
 import numpy as np
 
-import fake_site  # noqa: F401  first: it makes the benchmarks importable
 
 import bench_laser
+from folder_case import FolderTest
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
@@ -43,11 +39,8 @@ def motions(poses):
     return [bench_laser.compose(bench_laser.inverse(a), b[None])[0] for a, b in zip(poses, poses[1:])]
 
 
-class RepeatTest(unittest.TestCase):
+class RepeatTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.frames = self.folder / "frames"
         self.frames.mkdir()
         self.value = np.tile([-1.5, 0.5, 30.0], (4, 1)) + np.arange(4)[:, None]

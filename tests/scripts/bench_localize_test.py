@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_localize.py: maps padded to a size are as real ones would be, and what is timed."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import h5py
 import numpy as np
 
 import fake_site
 import padded_map
+from folder_case import FolderTest
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
@@ -84,11 +81,9 @@ def brute_force_path(descriptor, nodes, centres):
     return path
 
 
-class PaddedMapTest(unittest.TestCase):
+class PaddedMapTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site = Path(folder.name) / "site"
+        self.site = self.folder / "site"
         write_site(self.site)
         self.real = padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
         self.rng = np.random.default_rng(1)
@@ -192,11 +187,8 @@ class PaddedMapTest(unittest.TestCase):
             padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
 
 
-class BenchLocalizeTest(unittest.TestCase):
+class BenchLocalizeTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         write_site(self.folder / "site")
         write_site(self.folder / "donor", seed=5)
         (self.folder / "build" / "bin").mkdir(parents=True)

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_octree.py: who is compared with whom, and what is told of it."""
 
-import tempfile
-import unittest
-from pathlib import Path
 
 import fake_site
+from folder_case import FolderTest
 
 # Stands for the program: OctoMap takes 100 ms, 50 discretized, ours 8 or 4 by the threads; the
 # first run of each is ten times slower. The reference must have been written.
@@ -31,11 +29,8 @@ print(json.dumps(result))
 """
 
 
-class BenchOctreeTest(unittest.TestCase):
+class BenchOctreeTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.program(PROGRAM)
 
     def program(self, text):

@@ -3,12 +3,10 @@
 
 import argparse
 import json
-import tempfile
-import unittest
-from pathlib import Path
 from unittest import mock
 
 import fake_site  # first: it makes the scripts importable
+from folder_case import FolderTest
 
 import bench
 
@@ -35,13 +33,11 @@ class FakeMake:
         return (0.03 if maps == "yardstick" else 0.02) * count
 
 
-class BenchTest(unittest.TestCase):
+class BenchTest(FolderTest):
     def row(self, num_recorded):
         make = FakeMake(num_recorded)
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(
-            bench.Case, "make", lambda case, *rest: make(case, *rest)
-        ):
-            case = bench.Case("office", argparse.Namespace(build=Path(folder)))
+        with mock.patch.object(bench.Case, "make", lambda case, *rest: make(case, *rest)):
+            case = bench.Case("office", argparse.Namespace(build=self.folder))
             return dict(zip(("site", "frames", "total", "rate", "ms", "yardstick", "ratio"), case.row())), make.calls
 
     def test_every_frame_of_a_short_recording_is_described_for_the_yardstick(self):

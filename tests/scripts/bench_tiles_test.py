@@ -2,23 +2,19 @@
 """bench_tiles.py: the repeated keyframes are those of a larger building."""
 
 import csv
-import tempfile
-import unittest
-from pathlib import Path
 
-import fake_site  # noqa: F401  first: it makes the benchmarks importable
 
 import bench_tiles
+
+from folder_case import FolderTest
+
 
 HEADER = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"
 POSES = ((1.5, 0.0, 0.0), (2.0, 3.0, 1.0), (2.25, 1.0, 5.0))
 
 
-class RepeatTest(unittest.TestCase):
+class RepeatTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         for name in ("frames", "map_frame"):
             (self.folder / name).mkdir()
         rows = [f'{i},{round(1e9 * time_s)},0,0,"a,{i}.jpg",ab,d{i}.png,cd' for i, (time_s, _, _) in enumerate(POSES)]

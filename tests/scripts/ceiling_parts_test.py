@@ -2,15 +2,14 @@
 """Parts of the evaluation of a ceiling's map: chi-square bounds, planar poses, rays in the exact ceiling, NEES and NIS."""
 
 import json
-import tempfile
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 import ceiling_site
 from fake_site import rotation_about
+from folder_case import FolderTest
 from nightmap_eval.ceiling import chi_square
 from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
 from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
@@ -35,16 +34,15 @@ class ChiSquareTest(unittest.TestCase):
         self.assertAlmostEqual(chi_square.distribution(2, 2), 1 - np.exp(-1))
 
 
-class ReadCameraTest(unittest.TestCase):
+class ReadCameraTest(FolderTest):
     def test_a_lens_of_another_model_is_refused(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "cameras.json"
-            site = SimpleNamespace(needed=lambda job, output: path)
-            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA}]}))
-            self.assertEqual(read_camera(site)["fx"], ceiling_site.CAMERA["fx"])
-            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA | {"lens": "fisheye"}}]}))
-            with self.assertRaisesRegex(DataError, "cameras.json: the truth of a ceiling is seen through OpenCV's five"):
-                read_camera(site)
+        path = self.folder / "cameras.json"
+        site = SimpleNamespace(needed=lambda job, output: path)
+        path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA}]}))
+        self.assertEqual(read_camera(site)["fx"], ceiling_site.CAMERA["fx"])
+        path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA | {"lens": "fisheye"}}]}))
+        with self.assertRaisesRegex(DataError, "cameras.json: the truth of a ceiling is seen through OpenCV's five"):
+            read_camera(site)
 
 
 class PlanarPosesTest(unittest.TestCase):

@@ -5,14 +5,13 @@ import hashlib
 import json
 import math
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 import fake_site
+from folder_case import FolderTest
 
 sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "faults"))
 import measure_faults  # noqa: E402
@@ -59,11 +58,9 @@ def hashes(folder):
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-class DamageTest(unittest.TestCase):
+class DamageTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.data, self.out = Path(folder.name) / "data", Path(folder.name) / "out"
+        self.data, self.out = self.folder / "data", self.folder / "out"
         write_tiny(self.data)
         self.before = hashes(self.data)
 

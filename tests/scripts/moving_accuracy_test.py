@@ -1,23 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the masks of what moves, against pictures of the truth."""
-import pathlib
-import tempfile
 import types
-import unittest
 from unittest import mock
 
 import numpy as np
 from PIL import Image
 
-import fake_site  # noqa: F401  (it makes scripts/ importable)
+from folder_case import FolderTest
 from nightmap_eval.labels import moving_accuracy, report_masks
 from nightmap_site.script_errors import DataError
 
 
-class MovingAccuracyTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class MovingAccuracyTest(FolderTest):
     def evaluate(self, *frames, may_move=None):
         """frames: (mask, truth, labels) as rows of pixels; None, or no labels: the frame has no picture of it. may_move: flags of
         the network's classes, in the labels of shard 0007."""

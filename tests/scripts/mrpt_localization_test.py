@@ -4,9 +4,7 @@
 import contextlib
 import io
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -16,6 +14,7 @@ import fake_site
 sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
 
 import mrpt_localization as mrpt  # noqa: E402
+from folder_case import FolderTest
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
 from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
 from nightmap_site.script_errors import DataError  # noqa: E402
@@ -46,12 +45,10 @@ def write_truth(path, times_s=(5, 7)):
     path.write_text("# map_from_robot\n" + "\n".join(lines) + "\n")
 
 
-class FilesTest(unittest.TestCase):
+class FilesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name) / "queries.h5"
-        self.truth = Path(folder.name) / "truth.tum"
+        self.path = self.folder / "queries.h5"
+        self.truth = self.folder / "truth.tum"
 
     def test_queries_have_their_scans(self):
         write_queries(self.path)

@@ -3,8 +3,6 @@
 import os
 import struct
 import sys
-import tempfile
-import unittest
 import zlib
 from pathlib import Path
 
@@ -13,7 +11,9 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 
+from folder_case import FolderTest
 from nightmap_eval.pictures import open_picture, read_labels  # noqa: E402
+
 
 GRAY, PALETTE = 0, 3
 
@@ -31,11 +31,9 @@ def png(num_bits, color):
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks)
 
 
-class PicturesTest(unittest.TestCase):
+class PicturesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name) / "a.png"
+        self.path = self.folder / "a.png"
 
     def test_labels_are_the_values_as_stored(self):
         for color in (GRAY, PALETTE):

@@ -3,12 +3,9 @@
 
 import json
 import os
-import tempfile
-import unittest
-from pathlib import Path
 
-import fake_site  # noqa: F401  (finds the scripts)
 import remove_leftovers
+from folder_case import SiteFolderTest
 from nightmap_make.graph import Graph
 from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import read_pipeline
@@ -29,21 +26,12 @@ def floors_json(*yamls, numbers=None):
     return json.dumps({"format": "nightmap floors", "version": 2, "floors": rows})
 
 
-class SiteFolder(unittest.TestCase):
+class SiteFolder(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "office"
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
         self.write("queries/queries.txt", QUERIES)
-
-    def write(self, name, content):
-        path = self.site_dir / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
 
 
 class ListsTest(SiteFolder):

@@ -2,23 +2,19 @@
 """verdict_laser: of a robot without wheels in bare corridors nobody can know how far it went, and the verdict says so."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
-import fake_site  # noqa: F401  finds the scripts
+from folder_case import FolderTest
 from nightmap_eval.laser.verdict_laser import unclear_checks
 from nightmap_eval.verdict.verdict import GOOD, LOOK, REFUSE
 from nightmap_site.script_errors import DataError
 
 
-class UnclearTest(unittest.TestCase):
+class UnclearTest(FolderTest):
     def checks(self, **report):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "report.json"
-            path.write_text(json.dumps(report))
-            return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
+        path = self.folder / "report.json"
+        path.write_text(json.dumps(report))
+        return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
 
     def test_a_share_of_the_scans_without_wheels(self):
         for num_unclear, verdict in ((0, GOOD), (40, GOOD), (60, LOOK), (240, LOOK), (250, REFUSE), (800, REFUSE)):

@@ -5,17 +5,16 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
-import unittest
+
+from folder_case import FolderTest
+
+
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "when_changed.py"
 
 
-class WhenChangedTest(unittest.TestCase):
+class WhenChangedTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
         self.config = self.folder / "configs/dense/default/grid.toml"
         self.config.parent.mkdir(parents=True)
         self.config.write_text("a = 1\n")
