@@ -10,7 +10,6 @@ arrives within 5 cm and 5 degrees. Each drive has its own noise seed. Prints cou
 Exit codes: 0 all drives pass; 1 some fail; 2 wrong command line.
 """
 
-import argparse
 import collections
 import re
 import subprocess
@@ -18,7 +17,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import markdown, parser_of  # first: it makes the packages of scripts/ importable
 from grid_holes import holes
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
@@ -36,15 +35,13 @@ NUM_BETWEEN = 4  # points checked between two poses
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "build", "page")
     parser.add_argument("grid", type=Path, help="map.yaml of a grid")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_drive")
     parser.add_argument("--plan", type=Path, help="plan program to use instead of BUILD/bin/plan")
     parser.add_argument("--folder", type=Path, help="folder of the results instead of BUILD/bench_drive")
     parser.add_argument("--num-drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE", help="options, as TOML")
-    parser.add_argument("--page", type=Path, help="page that receives a table of drives with and without noise")
     return parser.parse_args()
 
 
@@ -245,11 +242,11 @@ def noise_row(noise, outcomes, drives):
 
 
 def compare_noise(arguments):
-    lines = [("noise of drive", "right", "failed", "farthest off (cm)", "(deg)"), ("---", "---:", "---", "---:", "---:")]
+    lines = []
     for noise in NOISES:
         outcomes, _, drives = draw_drives(arguments, noise)
         lines.append(noise_row(noise, outcomes, drives))
-    table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    table = markdown(("noise of drive", "right", "failed", "farthest off (cm)", "(deg)"), lines)
     print(table, end="")
     put_figure(arguments.page, "bench_drive", table)
 

@@ -10,15 +10,12 @@ Prints a Markdown table of CPU milliseconds per scan and peak memory; with --pag
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import shutil
-import subprocess
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 import h5py
 import numpy as np
-from nightmap_eval.figure_page import put_figure
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.checked_reading import using
 from nightmap_site.job_results import StageResult
@@ -43,12 +40,9 @@ PROGRAMS = {
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "build", "threads", "page")
     parser.add_argument("site_dir", type=Path, help="maps/SITE with frames, of a laser site with wheels")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_laser")
-    parser.add_argument("--threads", type=int, default=2, help="threads per program")
     parser.add_argument("--scans", type=int, nargs="+", default=[1000, 5000, 20000])
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
@@ -120,8 +114,7 @@ def run(arguments, program, folder):
     (folder / program).mkdir()
     for port, name in (outputs | {kind: f"{program}/{kind}.json" for kind in ("report", "receipt")}).items():
         command += ["--out", f"{port}={folder / name}"]
-    if subprocess.run([str(word) for word in command], check=False).returncode:
-        raise DataError(f"{program} failed on {folder}")
+    output_of(command)
     return StageResult(folder / program)
 
 
@@ -148,8 +141,7 @@ def table(arguments):
 def main():
     arguments = parse_arguments()
     text = table(arguments)
-    if arguments.page:
-        put_figure(arguments.page, "bench_laser", text)
+    put_into_page(arguments, "bench_laser", text)
 
 
 if __name__ == "__main__":

@@ -191,11 +191,11 @@ class BenchLocalizeTest(FolderTest):
     def setUp(self):
         write_site(self.folder / "site")
         write_site(self.folder / "donor", seed=5)
-        (self.folder / "build" / "bin").mkdir(parents=True)
+        (self.folder / "build" / "run").mkdir(parents=True)
         self.program(LOCALIZE)
 
     def program(self, text):
-        path = self.folder / "build" / "bin" / "localize"
+        path = self.folder / "build" / "run" / "localize"
         path.write_text(text)
         path.chmod(0o755)
 

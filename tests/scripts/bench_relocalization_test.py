@@ -132,7 +132,7 @@ class ProgramsTest(FolderTest):
         program.parent.mkdir()
         program.write_text('#!/bin/sh\necho "$@" > "$(dirname "$0")/words"\nexit 1\n')
         program.chmod(0o755)
-        with self.assertRaisesRegex(DataError, "stage failed on .*out"):
+        with self.assertRaisesRegex(DataError, "run/stage .*/out/y(.|\n)*the run failed"):
             Programs(self.folder, 2).run("stage", {"in": "x"}, {"csv": "y"}, self.folder / "out", seed=3)
         words = (program.parent / "words").read_text()
         self.assertIn("--threads 2", words)
