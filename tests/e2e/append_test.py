@@ -11,7 +11,7 @@ import unittest
 
 from nightly import IS_NIGHT
 from rendered_sites import recording
-from workspace import REPOSITORY, SITE as BUILDING, SiteTest, Workspace
+from workspace import REPOSITORY, SiteTest, Workspace
 
 from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
@@ -28,8 +28,7 @@ class AppendTest(SiteTest):
             if os.environ.get("CI") == "true":
                 self.fail(f"no recording {DATA / SITE}; set NIGHTMAP_DATA")
             self.skipTest(f"no recording {DATA / SITE}: set NIGHTMAP_DATA")
-        self.work = Workspace(tempfile.mkdtemp(prefix="nightmap-e2e-"))
-        self.addCleanup(self.work.remove)
+        self.work = Workspace(tempfile.mkdtemp(prefix="nightmap-e2e-")).removed_after(self)
         (self.work.folder / "data").mkdir()
         (self.work.folder / "data" / SITE).symlink_to(DATA / SITE)
         sites = self.work.folder / "configs/sites" / SITE
@@ -60,8 +59,7 @@ class SecondRecordingTest(unittest.TestCase):
                   "num_frames = {num_frames}\nrecording = {index}\nstart_ratio = {start_ratio}\n")  # fmt: skip
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         sites = self.work.folder / "configs/sites"
         values = (sites / BUILDING / "synthesize.toml").read_text().splitlines()
         pictures = "\n".join(line for line in values if line.partition("_")[0] in ("image", "focal") or "light" in line)
@@ -80,9 +78,7 @@ class SecondRecordingTest(unittest.TestCase):
 
     def map_of(self, num_recordings):
         self.site.write_text(self.text + "".join(recording(str(index), index) for index in range(num_recordings)))
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+        return self.work.output("map")
 
     def num_free_cells(self):
         return json.loads(self.work.path("grid/report.json").read_text())["num_free_cells"]

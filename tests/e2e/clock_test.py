@@ -19,8 +19,7 @@ class ClockTest(CopiedSiteTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.base.make("map", "plan")  # which writes the list of floors for make
-        cls.changed = cls.base.copy()
-        cls.addClassCleanup(cls.changed.remove)
+        cls.changed = cls.base.copy().removed_after(cls)
         result = cls.changed.make("map", "plan", CHANGE)
         assert result.returncode == 0, result.stdout
 

@@ -53,8 +53,7 @@ def reprojection_errors_px(folder):
 class ColmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made(RECORDING)
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made(RECORDING).removed_after(cls)
         result = cls.work.make("evaluate-colmap", f"SET={FEW}")
         if result.returncode != 0:
             raise AssertionError(f"make evaluate-colmap failed:\n{result.stdout[-4000:]}")
@@ -167,15 +166,13 @@ class ColmapTest(unittest.TestCase):
     def test_nothing_is_repeated_and_the_report_shows_it(self):
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 0)
         receipts = {path: path.stat().st_mtime_ns for path in self.work.path("evaluate_colmap").glob("*/receipt.json")}
-        result = self.work.make("report", f"SET={FEW}")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output("report", f"SET={FEW}")
         self.assertIn("Comparison with COLMAP", self.work.path("report/index.html").read_text())
         # A corrected truth is compared anew.
         truth = self.work.path("queries/query_ground_truth.tum")
         truth.write_text(truth.read_text() + "# corrected\n")
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 1)
         # A changed way of locating leaves COLMAP's work as it is.
-        result = self.work.make("evaluate-colmap", f"SET={FEW} localize.max_error_px=4.5")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        said = self.work.output("evaluate-colmap", f"SET={FEW} localize.max_error_px=4.5")
         self.assertEqual(receipts, {path: path.stat().st_mtime_ns for path in receipts})
-        self.assertIn(SITE, result.stdout)
+        self.assertIn(SITE, said)

@@ -8,8 +8,7 @@ from workspace import GOALS, Workspace
 
 class CostsTest(unittest.TestCase):
     def test_a_second_make_does_nothing_quickly(self):
-        work = Workspace.made(*GOALS)
-        self.addCleanup(work.remove)
+        work = Workspace.made(*GOALS).removed_after(self)
         self.assertEqual(work.make(*GOALS).returncode, 0)
         # One small Python program resolves the configs; the rest is Make's own.
         # (localize starts one program more, which prints the table of places.)

@@ -90,8 +90,7 @@ class Edits:
 class EditsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
         for _ in make_sites(cls.work):
             pass
 

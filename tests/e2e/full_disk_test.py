@@ -5,8 +5,8 @@ import os
 import subprocess
 
 from nightly import some_of
-from stub_site import StubSite
-from workspace import SiteTest, environment
+from stub_site import StubTest
+from workspace import environment
 
 PAGE_BYTES = 4096
 DISK_BYTES = 4 << 20
@@ -14,11 +14,7 @@ FULL = "maps/demo.*: No space left on device: the disk is full: free space there
 MAX_FILE_KB = 100  # more than Python needs for its compiled modules
 
 
-class FullDiskTest(SiteTest):
-    def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
-
+class FullDiskTest(StubTest):
     def check_told(self, output, *remedies):
         self.assertNotIn("Traceback", output)
         self.assertNotIn("[Errno", output)

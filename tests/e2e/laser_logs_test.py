@@ -121,8 +121,7 @@ class LaserLogsTest(SiteTest):
 
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
 
     def write(self, recording, log, sensor, signal='format = "text"', odometry=None, columns="time_s,x_m,y_m,heading_rad", more=""):
         site = "lab"

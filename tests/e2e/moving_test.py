@@ -23,8 +23,7 @@ class BoardTest(unittest.TestCase):
 
     @classmethod
     def record(cls):
-        cls.work = Workspace.made("map")
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made("map").removed_after(cls)
         cls.work.as_recorded()
         site = cls.work.folder / f"configs/sites/{SITE}.toml"
         text = site.read_text().replace("root =", 'profile = "moving"\nroot =', 1)
@@ -33,9 +32,7 @@ class BoardTest(unittest.TestCase):
 
     @classmethod
     def make(cls, *goals):
-        result = cls.work.make(*goals)
-        if result.returncode != 0:
-            raise AssertionError(result.stdout)
+        cls.work.output(*goals)
 
     @classmethod
     def paste_board(cls):

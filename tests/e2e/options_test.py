@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two jobs of one program with different options: a change of one job's option reruns that job alone."""
 
-from stub_site import SITE, StubSite
-from workspace import BUILD, SiteTest
+from stub_site import SITE, StubTest
+from workspace import BUILD
 
 PROFILE = """
 [ceiling_features]
@@ -19,12 +19,11 @@ CEILING = {f"ceiling_features_000{shard}" for shard in range(3)}
 NUM_FEATURES = "num_features"
 
 
-class OptionsTest(SiteTest):
+class OptionsTest(StubTest):
     given = ("PROFILE=both",)
 
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         self.configs = self.site.folder / "configs"
         (self.configs / "both/default").mkdir(parents=True)
         self.profile = self.configs / "both/pipeline.toml"

@@ -18,8 +18,7 @@ TIMEOUT_S = 60
 class OutputsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made(*GOALS)
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made(*GOALS).removed_after(cls)
 
     def setUp(self):
         subprocess.run(["rm", "-rf", self.work.folder / "o"], check=True)

@@ -20,8 +20,7 @@ class KindOfPictureTest(unittest.TestCase):
         self.work = self.recording()
 
     def recording(self):
-        work = Workspace.made(RECORDING)
-        self.addCleanup(work.remove)
+        work = Workspace.made(RECORDING).removed_after(self)
         work.as_recorded()
         return work
 
@@ -32,9 +31,7 @@ class KindOfPictureTest(unittest.TestCase):
         self.assertNotEqual(site.read_text(), before)
 
     def made(self, work, *arguments):
-        result = work.make(*arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+        return work.output(*arguments)
 
 
 class FloatDepthTest(KindOfPictureTest):
@@ -48,8 +45,7 @@ class FloatDepthTest(KindOfPictureTest):
     def test_floats_in_metres_make_the_map_of_integers(self):
         self.edit(self.work, r"^depth_units_per_m = .*\n", "")
         self.made(self.work, "check", "map")
-        integers = Workspace.made("map")
-        self.addCleanup(integers.remove)
+        integers = Workspace.made("map").removed_after(self)
         ours, theirs = positions_m(self.work), positions_m(integers)
         np.testing.assert_array_equal(ours[:, 0], theirs[:, 0])
         self.assertLess(np.linalg.norm(ours[:, 1:] - theirs[:, 1:], axis=1).max(), 0.002)

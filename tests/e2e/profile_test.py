@@ -5,8 +5,8 @@ import os
 import shutil
 import subprocess
 
-from stub_site import SITE, StubSite
-from workspace import BUILD, PIPELINE, SiteTest
+from stub_site import SITE, StubTest
+from workspace import BUILD, PIPELINE
 
 PROFILE = """
 [goals]
@@ -54,10 +54,9 @@ for word; do case "$word" in receipt=*) touch "${word#*=}" ;; esac; done
 """
 
 
-class ProfileTest(SiteTest):
+class ProfileTest(StubTest):
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         configs = self.site.folder / "configs"
         (configs / "rooms/default").mkdir(parents=True)
         (configs / "rooms/pipeline.toml").write_text(PROFILE)
@@ -131,8 +130,7 @@ class ProfileTest(SiteTest):
     def test_rooms_that_are_no_more_leave_nothing(self):
         self.make("rooms")
         self.addCleanup(self.site.make, "clean")
-        result = self.site.make("rooms", "SET=rooms.size=2")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.site.output("rooms", "SET=rooms.size=2")
         os.environ["STUB_ROOM"] = "cellar"
         self.addCleanup(os.environ.pop, "STUB_ROOM")
         self.make("rooms", "SET=rooms.size=3")

@@ -16,8 +16,7 @@ PUBLISHED = ("PROFILE=published_laser", "SET=hold_out_scans.rough_radius_m=3")
 class PublishedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
         write_laser_site(cls.work.folder)
         cls.maps = cls.work.folder / "maps" / LASER_SITE
         cls.make("map", "report", *PUBLISHED)

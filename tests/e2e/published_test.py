@@ -99,8 +99,7 @@ class LaserTest(Published):
     def test_1_a_scan_is_located_by_the_published_steps(self):
         self.assertEqual([row["status"] for row in self.queries()], ["located"])
         self.assertEqual(self.metrics["sections"]["test_localize"]["num_wrong"], 0)
-        with_default = self.work.copy()
-        self.addCleanup(with_default.remove)
+        with_default = self.work.copy().removed_after(self)
         with_default.make(f"SITE={self.site}", "localize", "QUERY=wake.log")
         candidates = "maps/" + self.site + "/localize/candidates.csv"
         self.assertNotEqual(*((work.folder / candidates).read_text() for work in (self.work, with_default)))

@@ -53,8 +53,7 @@ CASES = [
 class RemediesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made("map")
-        cls.addClassCleanup(cls.base.remove)
+        cls.base = Workspace.made("map").removed_after(cls)
         cls.hashes = cls.base.hashes()
 
     def damage(self, work, name, change):
@@ -64,8 +63,7 @@ class RemediesTest(unittest.TestCase):
         os.utime(work.path(name), ns=(status.st_atime_ns, status.st_mtime_ns))
 
     def check(self, damaged, change, remade, named, tries_remedy):
-        work = self.base.copy()
-        self.addCleanup(work.remove)
+        work = self.base.copy().removed_after(self)
         self.damage(work, damaged, change)
         work.path(remade).unlink()
         result = work.make("map")
@@ -78,8 +76,7 @@ class RemediesTest(unittest.TestCase):
             work.path(name).unlink()
         if not tries_remedy:
             return
-        result = work.make("map")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        work.output("map")
         hashes = work.hashes()  # with those of localize, which the report of the failed run asked for
         self.assertEqual({name: hashes.get(name) for name in self.hashes}, self.hashes)
 

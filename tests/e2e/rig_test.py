@@ -34,8 +34,7 @@ NAMES, NUM_FRAMES = ("left", "right"), 4
 
 class RigTest(unittest.TestCase):
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         self.site = self.work.folder / f"configs/sites/{SITE}.toml"
         self.site.write_text(f'root = "{SITE}"\n' + "".join(table.format(name=name) for table in (CAMERA, SEQUENCE) for name in NAMES))
         random = np.random.default_rng(1)
@@ -48,8 +47,7 @@ class RigTest(unittest.TestCase):
             (folder / "rgb.txt").write_text("".join(f"{i}.5 {i}.png\n" for i in range(NUM_FRAMES)))
 
     def test_frames_and_features_are_made_and_a_map_is_refused_once(self):
-        result = self.work.make(FEATURES)
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output(FEATURES)
         with open(self.work.path("frames/shard_0000.csv"), newline="") as file:
             rows = [(int(row["time_ns"]), row["camera_idx"], row["color_path"]) for row in csv.DictReader(file)]
         self.assertEqual(rows, [(i * 10**9 + 5 * 10**8 + camera, str(camera), f"{SITE}/{name}/{i}.png")
@@ -58,15 +56,12 @@ class RigTest(unittest.TestCase):
             self.assertEqual(list(file["frame_idx"]), list(range(2 * NUM_FRAMES)))
             self.assertTrue((np.diff(file["first_feature"]) > 0).all())
 
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 2, result.stdout)
+        result = self.work.output("map", code=2)
         for said in ("cameras of a rig record at once, which odometry, pose_graph cannot use", "no recording has depth"):
-            self.assertEqual(result.stdout.count(said), 1, result.stdout)
+            self.assertEqual(result.count(said), 1, result)
         lines = [i for i, line in enumerate(self.site.read_text().splitlines(), 1) if line == "[[sequence]]"]
-        self.assertIn(", ".join(f"configs/sites/{SITE}.toml:{i}" for i in lines), result.stdout)
-        self.assertNotIn("== ", result.stdout)
+        self.assertIn(", ".join(f"configs/sites/{SITE}.toml:{i}" for i in lines), result)
+        self.assertNotIn("== ", result)
 
         self.site.write_text(self.site.read_text().replace('rig = "head"\n', ""))
-        result = self.work.make(FEATURES)
-        self.assertEqual(result.returncode, 2, result.stdout)
-        self.assertIn("cameras that record at once need the same `rig`", result.stdout)
+        self.assertIn("cameras that record at once need the same `rig`", self.work.output(FEATURES, code=2))

@@ -58,8 +58,7 @@ class RosMapTest(SiteTest):
     given = (f"SITE={SITE}",)
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         self.folder = self.work.folder / "data" / SITE
         self.folder.mkdir(parents=True)
         (self.work.folder / f"configs/sites/{SITE}.toml").write_text(CONFIG)

@@ -4,8 +4,8 @@ its own. Evaluation and report show these, and no section of what the site has n
 import json
 import re
 
-from stub_site import StubSite
-from workspace import PIPELINE, SiteTest
+from stub_site import StubTest
+from workspace import PIPELINE
 
 KEPT = ("synthesize", "frames", "evaluate", "report")
 PROFILE = """
@@ -30,10 +30,9 @@ def evaluate(site):
 """
 
 
-class ScansTest(SiteTest):
+class ScansTest(StubTest):
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         folder = self.site.folder
         (folder / "configs/scans/default").mkdir(parents=True)
         left_out = "".join(f"[{name}]\nleave_out = true\n" for name in PIPELINE.jobs if name not in KEPT)

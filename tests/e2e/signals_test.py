@@ -39,8 +39,7 @@ class SignalsTest(SiteTest):
     given = ("SITE=lab",)
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         (self.work.folder / "configs/sites/lab.toml").write_text(LASER_SITE)
         self.log = self.work.folder / "data/lab/log.txt"
         self.log.parent.mkdir(parents=True)
@@ -137,9 +136,8 @@ class AppliedSignalsTest(CopiedSiteTest):
             with self.subTest(reason):
                 samples = [f"{t + offset_s:.3f} {value} 0 0" for t in np.arange(min(times_s), max(times_s) + 20, 0.05)]
                 imu.write_text("\n".join(samples) + "\n")
-                result = self.work.make("map")
-                self.assertEqual(result.returncode, 2)
-                error = next(line for line in result.stdout.splitlines() if " error " in line)
+                said = self.work.output("map", code=2)
+                error = next(line for line in said.splitlines() if " error " in line)
                 self.assertIn(f"maps/{SITE}/frames/acceleration.h5: ", error)
                 self.assertIn(reason, error)
                 self.assertIn("[[signal]]", error)

@@ -13,8 +13,7 @@ CAMERA = set(PIPELINE.programs())
 
 class SiteProgramsTest(unittest.TestCase):
     def setUp(self):
-        self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        self.site = StubSite().removed_after(self)
         self.folder = self.site.folder
         shutil.rmtree(self.folder / "build")
         for program in CAMERA | LASER:

@@ -12,12 +12,10 @@ MAX_ATE_M = 0.005  # half a pixel at 2.3 m
 
 class WorkingSizeTest(unittest.TestCase):
     def test_the_map_is_as_good_and_names_the_pictures_as_stored(self):
-        work = Workspace.made("map", "localize")
-        self.addCleanup(work.remove)
+        work = Workspace.made("map", "localize").removed_after(self)
         site = work.folder / f"configs/sites/{SITE}.toml"
         site.write_text(site.read_text().replace("[[camera]]", f"[[camera]]\nworking_mpx = {WORKING_MPX}"))
-        result = work.make("map", "localize", "evaluate")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        work.output("map", "localize", "evaluate")
         metrics = metrics_of(work.path(""))
         [camera] = json.loads(work.path("frames/cameras.json").read_text())["cameras"]
         self.assertEqual([camera["color"]["width"], camera["color"]["height"], camera["picture_width"], camera["picture_height"]],

@@ -44,8 +44,7 @@ CASES = [
 class WrittenFilesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made("map")
-        cls.addClassCleanup(cls.base.remove)
+        cls.base = Workspace.made("map").removed_after(cls)
         write_laser_site(cls.base.folder)
         cls.check(cls.base.make(f"SITE={LASER_SITE}", "map"))
         cls.hashes = {site: cls.base.hashes(site) for site in (SITE, LASER_SITE)}
@@ -62,8 +61,7 @@ class WrittenFilesTest(unittest.TestCase):
                     self.try_case(site, name, change, remade, keeps_time)
 
     def try_case(self, site, name, change, remade, keeps_time):
-        work = self.base.copy()
-        self.addCleanup(work.remove)
+        work = self.base.copy().removed_after(self)
         path = work.folder / "maps" / site / name
         status = path.stat()
         change(path)
