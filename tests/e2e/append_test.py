@@ -11,7 +11,7 @@ import unittest
 
 from nightly import IS_NIGHT
 from rendered_sites import recording
-from workspace import REPOSITORY, SiteTest, Workspace
+from workspace import REPOSITORY, SITE as BUILDING, SiteTest, Workspace
 
 from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 

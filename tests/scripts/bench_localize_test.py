@@ -195,8 +195,7 @@ class BenchLocalizeTest(FolderTest):
         self.program(LOCALIZE)
 
     def program(self, text):
-        path = self.folder / "build" / "run" / "localize"
-        path.write_text(text)
+        path = self.write("build/run/localize", text)
         path.chmod(0o755)
 
     def run_bench(self, *arguments):
@@ -220,8 +219,7 @@ class BenchLocalizeTest(FolderTest):
         self.assertEqual([row["moved"] for row in rows], ["0", "1"])  # by 80 mm
 
     def test_the_table_goes_into_the_page(self):
-        page = self.folder / "figures.md"
-        page.write_text("a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
         self.assertEqual(self.run_bench("--sizes", 40, "--repeats", 1, "--page", page).returncode, 0)
         self.assertIn("| 40 |", page.read_text())
         self.assertNotIn("old", page.read_text())

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_octree.py: who is compared with whom, and what is told of it."""
 
-
 import fake_site
 from folder_case import FolderTest
 
@@ -34,8 +33,7 @@ class BenchOctreeTest(FolderTest):
         self.program(PROGRAM)
 
     def program(self, text):
-        path = self.folder / "bench_octree"
-        path.write_text(text)
+        path = self.write("bench_octree", text)
         path.chmod(0o755)
 
     def run_bench(self, *arguments):
@@ -57,8 +55,7 @@ class BenchOctreeTest(FolderTest):
         self.assertEqual({row["rays (%)"] for row in rows}, {"50.00"})
 
     def test_the_table_goes_into_the_page(self):
-        page = self.folder / "figures.md"
-        page.write_text("a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
         self.assertEqual(self.run_bench("--repeats", 1, "--page", page).returncode, 0)
         self.assertIn("| batched, 2 threads |", page.read_text())
         self.assertNotIn("old", page.read_text())

@@ -67,8 +67,7 @@ class FilterTest(FolderTest):
         self.assertEqual(bench.filter_figures(dict.fromkeys(counts, 0)), {})
 
     def test_a_true_place_may_be_any_candidate(self):
-        path = self.folder / "candidates.csv"
-        path.write_text("query_idx,rank,x_m,y_m\n0,0,5,0\n0,1,0.3,0\n0,2,0.2,0\n2,0,7,0\n")
+        path = self.write("candidates.csv", "query_idx,rank,x_m,y_m\n0,0,5,0\n0,1,0.3,0\n0,2,0.2,0\n2,0,7,0\n")
         found = bench.candidate_figures(path, np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]))
         self.assertEqual(found, {"has_true_place_percent": 25})
 
@@ -128,9 +127,7 @@ class ProgramsTest(FolderTest):
         self.assertEqual(changed_config("", {}), "")
 
     def test_a_program_that_fails_is_named(self):
-        program = self.folder / "run/stage"
-        program.parent.mkdir()
-        program.write_text('#!/bin/sh\necho "$@" > "$(dirname "$0")/words"\nexit 1\n')
+        program = self.write("run/stage", '#!/bin/sh\necho "$@" > "$(dirname "$0")/words"\nexit 1\n')
         program.chmod(0o755)
         with self.assertRaisesRegex(DataError, "run/stage .*/out/y(.|\n)*the run failed"):
             Programs(self.folder, 2).run("stage", {"in": "x"}, {"csv": "y"}, self.folder / "out", seed=3)

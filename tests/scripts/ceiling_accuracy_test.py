@@ -92,8 +92,7 @@ class CeilingSiteTest(SiteFolderTest):
         wrong[1:, 0] += 1
         ceiling_site.write_wheels(self.site_dir, wrong, right)
         self.assertAlmostEqual(self.figures()["wheels"]["start"]["ate_max_m"], 1, places=6)
-        report = self.site_dir / "odometry" / "report.json"
-        report.write_text('{"odometry_sensor": "wheels_1"}')
+        report = self.write("odometry/report.json", '{"odometry_sensor": "wheels_1"}')
         self.assertLess(self.figures()["wheels"]["start"]["ate_max_m"], 1e-6)
         report.write_text('{"odometry_sensor": "legs"}')
         self.check_refused("evaluate.py", "odometry.h5: damaged")

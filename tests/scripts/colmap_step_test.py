@@ -265,8 +265,7 @@ class ColmapStepTest(SiteFolderTest):
         self.assertIn("make deps", result.stderr)
 
     def test_a_query_that_is_mapped_is_refused_before_the_map_is_made(self):
-        path = self.site_dir / "queries" / "queries.csv"
-        path.write_text(path.read_text().replace("queries/1.png", "rgb/3.png"))
+        self.replace("queries/queries.csv", "queries/1.png", "rgb/3.png")
         self.prepare("matches")
         for step in ("features", "queries"):
             result = self.run_step(step)
@@ -275,8 +274,7 @@ class ColmapStepTest(SiteFolderTest):
         self.assertFalse((self.folder / "calls").exists())
 
     def test_frames_of_a_video_are_refused(self):
-        path = self.site_dir / "frames" / "shard_0000.csv"
-        path.write_text(path.read_text().replace("rgb/0.png", "clip.avi#0"))
+        self.replace("frames/shard_0000.csv", "rgb/0.png", "clip.avi#0")
         result = self.run_step("features")
         self.assertEqual(result.returncode, 1)
         self.assertIn("clip.avi#0", result.stderr)

@@ -335,15 +335,13 @@ class EvaluateColmapTest(SiteFolderTest):
         self.assertIn("changed after this comparison", comparison_section(Site(self.site_dir)))
 
     def test_a_query_that_is_mapped_is_refused(self):
-        path = self.site_dir / "localize" / "queries.csv"
-        path.write_text(path.read_text().replace("queries/3.png", "rgb/3.png"))
+        self.replace("localize/queries.csv", "queries/3.png", "rgb/3.png")
         result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
         self.assertEqual(result.returncode, 1)
         self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
 
     def test_page_table(self):
-        page = self.site_dir / "figures.md"
-        page.write_text("a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
         self.evaluate("--page", page)
         self.assertIn("| map (s) |", page.read_text())
         self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")

@@ -59,8 +59,7 @@ class CommandTest(FolderTest):
             self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
 
     def test_a_failed_table_keeps_its_rows_and_the_others_are_made(self):
-        page = self.folder / "figures.md"
-        page.write_text(PAGE)
+        page = self.write("figures.md", PAGE)
         tables = {"accuracy": ("false",), "other": ("true",)}
         with mock.patch.dict(figures.FIGURES, tables, clear=True):
             failed = fake_site.run("figures.py", "--data", self.folder, "--page", page)
@@ -71,8 +70,7 @@ class CommandTest(FolderTest):
         self.assertEqual(page.read_text(), PAGE)
 
     def test_what_a_program_prints_is_the_table(self):
-        page = self.folder / "figures.md"
-        page.write_text(PAGE)
+        page = self.write("figures.md", PAGE)
         with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
             self.assertEqual(fake_site.run("figures.py", "--data", self.folder, "--page", page).returncode, 0)
         self.assertIn("| printed |", page.read_text())

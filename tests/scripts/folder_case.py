@@ -22,6 +22,12 @@ class FolderTest(unittest.TestCase):
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
         return path
 
+    def replace(self, name, old, new):
+        path = self.folder / name
+        text = path.read_text()
+        self.assertIn(old, text)
+        return self.write(name, text.replace(old, new))
+
 
 class SiteFolderTest(FolderTest):
     SITE = "office"
@@ -32,6 +38,9 @@ class SiteFolderTest(FolderTest):
 
     def write(self, name, content):
         return super().write(self.site_dir / name, content)
+
+    def replace(self, name, old, new):
+        return super().replace(self.site_dir / name, old, new)
 
     def run_script(self, script, out, *more):
         return fake_site.run(script, "--site-dir", self.site_dir, "--data", self.folder, "--out", self.site_dir / out, *more)

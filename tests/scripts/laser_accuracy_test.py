@@ -128,8 +128,7 @@ class LaserSiteTest(laser_site.LaserFolderTest):
         # The grid is the plan, seen from the map frame.
         yaw = -laser_site.TRUTH_FROM_MAP_YAW_RAD
         x, y = rotation_about([0, 0, 1], yaw)[:2, :2] @ (np.array([-3, -2]) - laser_site.TRUTH_FROM_MAP_M[:2])
-        path = self.site_dir / "grid" / "map.yaml"
-        path.write_text(path.read_text().replace("[-3.0, -2.0, 0]", f"[{x}, {y}, {yaw}]"))
+        self.replace("grid/map.yaml", "[-3.0, -2.0, 0]", f"[{x}, {y}, {yaw}]")
         self.write("config/site/hall.toml", 'root = "built"\n')
         self.assertEqual(self.laser()["map"]["grid"]["seen_right_percent"], 100)
         self.assertIn("Against the exact building", self.report())

@@ -55,8 +55,7 @@ class LoopMetricsTest(FolderTest):
         self.assertIsNone(figures["revisits_closed_percent"])
 
     def test_files_that_cannot_be_read_are_named(self):
-        path = self.folder / "loops.h5"
-        path.write_bytes(b"not HDF5")
+        path = self.write("loops.h5", b"not HDF5")
         with self.assertRaisesRegex(DataError, "loops.h5"):
             loop_accuracy.read_relative_poses(path)
         with sealed(path) as file:
@@ -65,7 +64,6 @@ class LoopMetricsTest(FolderTest):
         rotation, translation = loop_accuracy.read_relative_poses(path)[3, 9]
         np.testing.assert_array_equal(rotation, np.eye(3))
         np.testing.assert_array_equal(translation, [1, 2, 3])
-        table = self.folder / "loops.csv"
-        table.write_text("frame_a,frame_b,status,reason\n1,x,accepted,\n", encoding="utf-8")
+        table = self.write("loops.csv", "frame_a,frame_b,status,reason\n1,x,accepted,\n")
         with self.assertRaisesRegex(DataError, "loops.csv:2"):
             loop_accuracy.read_loops(table)

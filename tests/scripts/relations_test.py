@@ -90,8 +90,7 @@ class ErrorTest(unittest.TestCase):
 
 class FileTest(FolderTest):
     def read(self, text):
-        path = self.folder / "relations.txt"
-        path.write_text(text)
+        path = self.write("relations.txt", text)
         return read_relations(path)
 
     def test_comments_and_empty_lines(self):

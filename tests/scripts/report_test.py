@@ -194,8 +194,7 @@ class ReportTest(SiteFolderTest):
         Image.new("RGB", (64, 48), "red").save(self.site_dir / "drive" / "drive.gif")
         drive = {"duration_s": 61.25, "length_m": 20.5, "path_length_m": 21.0, "max_deviation_m": 0.123,
                  "min_clearance_m": 0.3, "robot_radius_m": 0.25, "position_error_m": 0.004, "heading_error_deg": 0.5}
-        figures = self.site_dir / "drive" / "drive.json"
-        figures.write_text(json.dumps(drive))
+        figures = self.write("drive/drive.json", json.dumps(drive))
         page = self.report()
         for text in ("data:image/gif", "61.2", "12.3", "Position error at the goal"):
             self.assertIn(text, page)

@@ -46,8 +46,7 @@ class Declared(FolderTest):
         self.write("pipeline.toml", DECLARED)
 
     def declared(self, change=lambda text: text):
-        path = self.folder / "pipeline.toml"
-        path.write_text(change(path.read_text()))
+        self.write("pipeline.toml", change((self.folder / "pipeline.toml").read_text()))
 
     def graph(self, profile="default", imports=(), goals=("map",)):
         state = SiteState("office", str(self.folder / "office"), "data")

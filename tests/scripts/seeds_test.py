@@ -85,8 +85,7 @@ class CollectTest(FolderTest):
             out = self.folder / f"seed_{seed}" / "office" / "evaluate"
             out.mkdir(parents=True)
             (out / "metrics.json").write_text(json.dumps(metrics(0.02)))
-        page = self.folder / "page.md"
-        page.write_text("<!-- accuracy:begin --><!-- accuracy:end -->")
+        page = self.write("page.md", "<!-- accuracy:begin --><!-- accuracy:end -->")
         arguments = ("office", "--seeds", "2", "--maps", self.folder, "--no-run", "--page", page)
         result = fake_site.run("seeds.py", *arguments)
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -21,8 +21,7 @@ class UseObjectsTest(FolderTest):
         self.site = self.folder / "hall.toml"
 
     def run_it(self, config, text=TEXT, *arguments):
-        drawn = self.folder / "drawn.yaml"
-        drawn.write_text(text)
+        drawn = self.write("drawn.yaml", text)
         if config is not None:
             self.site.write_text(config)
         return fake_site.run("use_objects.py", "--site", self.site, "--data", self.data, *arguments, drawn)

@@ -12,8 +12,7 @@ from nightmap_site.script_errors import DataError
 
 class UnclearTest(FolderTest):
     def checks(self, **report):
-        path = self.folder / "report.json"
-        path.write_text(json.dumps(report))
+        path = self.write("report.json", json.dumps(report))
         return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
 
     def test_a_share_of_the_scans_without_wheels(self):
