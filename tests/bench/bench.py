@@ -24,12 +24,6 @@ YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
 
 
-def parse_arguments():
-    parser = parser_of(__doc__, "data", "build", "threads", "page")
-    parser.add_argument("sites", nargs="+")
-    return parser.parse_args()
-
-
 class Case:
     """One recording with its own results folder."""
 
@@ -84,7 +78,9 @@ def table(rows):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "data", "build", "threads", "page")
+    parser.add_argument("sites", nargs="+")
+    arguments = parser.parse_args()
     rows = []
     for site in arguments.sites:
         rows.append(Case(site, arguments).row())

@@ -39,13 +39,6 @@ PROGRAMS = {
 }  # fmt: skip
 
 
-def parse_arguments():
-    parser = parser_of(__doc__, "build", "threads", "page")
-    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames, of a laser site with wheels")
-    parser.add_argument("--scans", type=int, nargs="+", default=[1000, 5000, 20000])
-    return parser.parse_args()
-
-
 def compose(pose, motion):
     """Poses (n, 3) x, y, heading: `motion` after `pose`."""
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
@@ -139,7 +132,10 @@ def table(arguments):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "build", "threads", "page")
+    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames, of a laser site with wheels")
+    parser.add_argument("--scans", type=int, nargs="+", default=[1000, 5000, 20000])
+    arguments = parser.parse_args()
     text = table(arguments)
     put_into_page(arguments, "bench_laser", text)
 

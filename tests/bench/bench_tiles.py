@@ -25,14 +25,6 @@ STAGES = ("tiles", "point_cloud", "octree", "grid")
 VIEW_M = 4.0  # a copy extends this far beyond its cameras
 
 
-def parse_arguments():
-    parser = parser_of(__doc__, "data", "build", "threads", "page")
-    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and adjust")
-    parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
-    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
-    return parser.parse_args()
-
-
 def pose(line, frames):
     """A line of keyframes.tum (time, x, y, rest) and the row of its frame."""
     time_s, x_m, y_m, *rest = line.split()
@@ -159,7 +151,11 @@ def table(stages, rows):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "data", "build", "threads", "page")
+    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and adjust")
+    parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
+    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
+    arguments = parser.parse_args()
     original = Original(arguments.site_dir)
     rows = []
     for count in arguments.keyframes:

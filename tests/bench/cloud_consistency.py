@@ -23,14 +23,6 @@ TITLES = ("site", "min_consistent_frames", "points (thousand)", "held-out rays t
           "thickness of flat places, median (mm)", "CPU time of point_cloud (s)")  # fmt: skip
 
 
-def parse_arguments():
-    parser = parser_of(__doc__, "page")
-    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
-    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results, in a folder per value")
-    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
-    return parser.parse_args()
-
-
 def row(folder, site, value):
     """Cells of one cloud; `folder`: maps/<site>/point_cloud."""
     report = read_object(folder / "report.json", REPORT)
@@ -42,7 +34,11 @@ def row(folder, site, value):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "page")
+    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
+    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results, in a folder per value")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
+    arguments = parser.parse_args()
     rows = []
     for site in arguments.sites:
         for value in VALUES:

@@ -23,12 +23,6 @@ STILL_M, STILL_RAD = 1e-4, 1e-4  # of the wheels
 MAX_GAP_NS = 500_000_000
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("site_dirs", nargs="+", type=Path, help="maps/SITE of laser sites with wheels and truth")
-    return parser.parse_args()
-
-
 def planar(trajectory):
     """x, y, heading (n, 3)."""
     qz, qw = trajectory.quaternions[:, 2], trajectory.quaternions[:, 3]
@@ -79,7 +73,9 @@ def show(value):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("site_dirs", nargs="+", type=Path, help="maps/SITE of laser sites with wheels and truth")
+    arguments = parser.parse_args()
     print("| | motions at rest | truth (cm) | map (cm) | truth (deg) | map (deg) | wheels to truth (deg) | wheels to map (deg) "
           "| map to truth (deg) |\n|---|" + "---:|" * 8)  # fmt: skip
     for site_dir in arguments.site_dirs:

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import tempfile
 
-from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, write_small_site
+from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, said_by, write_small_site
 
 CENSUS = REPOSITORY / "tests/e2e/census"
 
@@ -65,10 +65,7 @@ class AddWingTest(SiteTest):
         config.write_text(f'profile = "census"\n{config.read_text()}')
         cls.work = Workspace(cls.folder)
         map_before(cls.folder)
-        result = cls.work.make("map", "evaluate", "report")
-        if result.returncode != 0:
-            raise AssertionError(f"the chain with one wing more failed:\n{result.stdout}")
-        cls.output = result.stdout
+        cls.output = cls.work.output("map", "evaluate", "report")
 
     def describe_pipeline(self, *arguments):
         command = ["/usr/bin/python3", "scripts/describe_pipeline.py", *arguments]
@@ -121,7 +118,4 @@ class AddWingTest(SiteTest):
 
     def test_a_test_of_all_programs_takes_it(self):
         test = ["-m", "unittest", "programs_test.ProgramsTest.test_default_config_is_what_the_program_prints"]
-        result = subprocess.run(["/usr/bin/python3", *test], cwd=self.folder / "tests/e2e", text=True,
-                                env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")},
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout)
+        said_by(["/usr/bin/python3", *test], self.folder / "tests/e2e", NIGHTMAP_BUILD=str(self.folder / "build"))

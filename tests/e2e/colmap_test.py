@@ -4,25 +4,20 @@ import json
 import re
 import shutil
 import sqlite3
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-from workspace import RECORDING, SITE, Workspace
+from workspace import RECORDING, SITE, Workspace, said_by
 
 
 FEW = "frames.max_frames=20"  # COLMAP matches every pair: more would take minutes
 
 
 def colmap(*arguments):
-    result = subprocess.run(["colmap", *map(str, arguments)], text=True, stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT)
-    if result.returncode != 0:
-        raise AssertionError(f"colmap {arguments[0]} failed:\n{result.stdout[-3000:]}")
-    return result.stdout
+    return said_by(["colmap", *arguments])
 
 
 def numbers(path):
@@ -54,17 +49,12 @@ class ColmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace.made(RECORDING).removed_after(cls)
-        result = cls.work.make("evaluate-colmap", f"SET={FEW}")
-        if result.returncode != 0:
-            raise AssertionError(f"make evaluate-colmap failed:\n{result.stdout[-4000:]}")
-        cls.output = result.stdout
+        cls.output = cls.work.output("evaluate-colmap", f"SET={FEW}")
         cls.report = json.loads(cls.work.path("landmarks/report.json").read_text())
         cls.results = json.loads(cls.work.path("evaluate_colmap/results.json").read_text())
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def copy_model(self, suffix):
         folder = self.folder / suffix

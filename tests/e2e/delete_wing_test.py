@@ -10,7 +10,7 @@ import unittest
 
 from add_wing_test import copy_of_the_tree
 from nightly import IS_NIGHT
-from workspace import environment
+from workspace import said_by
 
 WING = "ceiling"
 FOLDERS = (f"pipeline/{WING}", f"stages/{WING}", f"configs/{WING}", f"scripts/nightmap_eval/{WING}", f"tests/{WING}", f"tests/stages/{WING}")
@@ -44,10 +44,7 @@ class DeleteWingTest(unittest.TestCase):
             subprocess.run(["git", *command], cwd=cls.folder, check=True)
 
     def run_in(self, folder, *command, **variables):
-        result = subprocess.run(command, cwd=self.folder / folder, env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")} | variables,
-                                text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout[-8000:])
-        return result.stdout
+        return said_by(command, self.folder / folder, **{"NIGHTMAP_BUILD": str(self.folder / "build")} | variables)
 
     def test_nothing_that_is_left_includes_or_imports_it(self):
         left = [path for path in self.folder.rglob("*") if path.suffix in (".cc", ".h", ".py") and path.name != pathlib.Path(__file__).name]

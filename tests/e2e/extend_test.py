@@ -5,7 +5,6 @@ hold the tables together pass. By day: the page names the files, and each place 
 import dataclasses
 import json
 import shutil
-import subprocess
 import unittest
 
 import h5py
@@ -13,7 +12,7 @@ import numpy as np
 from add_wing_test import build_stage, copy_of_the_tree
 from nightly import nightly
 from PIL import Image
-from workspace import CAMERA, REPOSITORY, environment, read_pipeline, write_gray16
+from workspace import CAMERA, REPOSITORY, read_pipeline, said_by, write_gray16
 
 PAGE = "docs/extending.md"
 NUM_FRAMES = 4
@@ -162,11 +161,7 @@ class ExtendTest(unittest.TestCase):
 
     @classmethod
     def run_in_copy(cls, *command, cwd=".", **variables):
-        result = subprocess.run([*map(str, command)], cwd=cls.folder / cwd, env=environment() | variables, text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        if result.returncode != 0:
-            raise AssertionError(f"{command}: {result.stdout}")
-        return result.stdout
+        return said_by(command, cls.folder / cwd, **variables)
 
     @classmethod
     def run_script(cls, *arguments, **options):

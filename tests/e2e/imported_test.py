@@ -41,9 +41,7 @@ class ImportedTest(unittest.TestCase):
         return self.work.folder / "maps" / name
 
     def make(self, name, *goals, code=0):
-        result = self.work.make(*goals, f"SITE={name}")
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
+        return self.work.output(*goals, f"SITE={name}", code=code)
 
     def test_a_given_trajectory_carries_the_whole_map(self):
         maps = self.site("posed", f'trajectory = "{SITE}/other/poses.tum"')

@@ -20,10 +20,7 @@ class Published(unittest.TestCase):
 
     @classmethod
     def make(cls, *arguments, code=0):
-        result = cls.work.make(f"SITE={cls.site}", *arguments)
-        if result.returncode != code:
-            raise AssertionError(f"make {' '.join(arguments)} gave {result.returncode}:\n{result.stdout[-4000:]}")
-        return result.stdout
+        return cls.work.output(f"SITE={cls.site}", *arguments, code=code)
 
     @classmethod
     def map_as_published(cls):

@@ -6,7 +6,8 @@ import json
 import os
 import unittest
 
-from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
+from rendered_sites import FOLDER, make_site, recording, synthesize, write_site
+from workspace import said_by
 
 BUILDING = "num_identical_rooms = 3\nmirrored_corridors = true\n"
 NUM_QUERIES = int(os.environ.get("NIGHTMAP_NUM_QUERIES", "80"))  # of each kind; more take longer
@@ -22,8 +23,8 @@ class LookAlikesTest(unittest.TestCase):
             recording(".", 0), recording("queries", 0, "query"),
             recording("stranger/queries", 1, "query", has_truth=False)])
         site_dir = make_site("look_alikes", f"SITES={sites}", "localize")
-        run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
-             "--out", site_dir / "evaluate/metrics.json"])
+        said_by(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
+                 "--out", site_dir / "evaluate/metrics.json"])
         cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())["queries"]
         with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
             cls.rows = list(csv.DictReader(file))

@@ -54,6 +54,15 @@ num_queries = 1
 """
 
 
+def said_by(command, folder=REPOSITORY, code=0, **variables):
+    """What a command says, errors included, that ends with this code; raises AssertionError when it ends with another."""
+    command = [str(word) for word in command]
+    result = subprocess.run(command, cwd=folder, env=environment() | variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if result.returncode != code:
+        raise AssertionError(f"{' '.join(command)} ended with {result.returncode}:\n{result.stdout[-8000:]}")
+    return result.stdout
+
+
 class Checkout:
     """What a workspace and a site of stubs (stub_site.py) have: a `folder`, and make in it."""
 

@@ -226,7 +226,5 @@ class BenchLocalizeTest(FolderTest):
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no such camera\nexit 1\n")
-        result = self.run_bench("--sizes", 40)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("no such camera", result.stderr)
+        self.check_failed(self.run_bench("--sizes", 40), "no such camera")
         self.assertEqual(self.run_bench("--sizes", 0).returncode, 2)

@@ -62,7 +62,5 @@ class BenchOctreeTest(FolderTest):
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no poses\nexit 1\n")
-        result = self.run_bench()
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("no poses", result.stderr)
+        self.check_failed(self.run_bench(), "no poses")
         self.assertEqual(self.run_bench("--repeats", 0).returncode, 2)

@@ -107,9 +107,7 @@ class CommandTest(FolderTest):
 
     def test_what_is_missing_is_named(self):
         site = self.write_site("site", 0.0, (0, 0), False)
-        result = fake_site.run("compare_grids.py", site, self.folder / "none")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("none: no such folder or file", result.stderr)
+        self.check_failed(fake_site.run("compare_grids.py", site, self.folder / "none"), "none: no such folder or file")
         (site / "evaluate" / "metrics.json").unlink()
         self.assertIn("not aligned to a truth; run make evaluate", fake_site.run("compare_grids.py", site, site).stderr)
         (site / "grid" / "map.yaml").unlink()

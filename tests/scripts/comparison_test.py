@@ -336,9 +336,7 @@ class EvaluateColmapTest(SiteFolderTest):
 
     def test_a_query_that_is_mapped_is_refused(self):
         self.replace("localize/queries.csv", "queries/3.png", "rgb/3.png")
-        result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
+        self.check_failed(fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json"), "rgb/3.png: this query is also a mapping frame")
 
     def test_page_table(self):
         page = self.write("figures.md", "a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")

@@ -62,9 +62,7 @@ class CommandTest(FolderTest):
         page = self.write("figures.md", PAGE)
         tables = {"accuracy": ("false",), "other": ("true",)}
         with mock.patch.dict(figures.FIGURES, tables, clear=True):
-            failed = fake_site.run("figures.py", "--data", self.folder, "--page", page)
-            self.assertEqual(failed.returncode, 1)
-            self.assertIn("not measured: accuracy", failed.stderr)
+            self.check_failed(fake_site.run("figures.py", "--data", self.folder, "--page", page), "not measured: accuracy")
             self.assertEqual(fake_site.run("figures.py", "other", "--data", self.folder, "--page", page).returncode, 0)
             self.assertEqual(fake_site.run("figures.py", "third", "--data", self.folder).returncode, 2)
         self.assertEqual(page.read_text(), PAGE)

@@ -28,6 +28,10 @@ class FolderTest(unittest.TestCase):
         self.assertIn(old, text)
         return self.write(name, text.replace(old, new))
 
+    def check_failed(self, result, said, code=1):
+        self.assertEqual(result.returncode, code, result.stderr)
+        self.assertIn(said, result.stderr)
+
 
 class SiteFolderTest(FolderTest):
     SITE = "office"

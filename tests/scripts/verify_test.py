@@ -60,6 +60,4 @@ class VerifyTest(SiteFolderTest):
         self.assertIn(f"{path}: not a file", self.verify(1).stderr)
 
     def test_no_receipts(self):
-        result = fake_site.run("verify.py", self.site_dir / "elsewhere")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("run make map first", result.stderr)
+        self.check_failed(fake_site.run("verify.py", self.site_dir / "elsewhere"), "run make map first")
