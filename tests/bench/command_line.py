@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What benchmarks share: options of their command lines, runs of commands, and tables of figures pages."""
+"""Options of command lines, runs of commands, and tables of figures pages, for all benchmarks."""
 
 import argparse
 import subprocess
@@ -26,7 +26,7 @@ def parser_of(script, *options):
 
 
 def output_of(command):
-    """What a command prints; raises DataError with it when the command fails."""
+    """The output of a command; raises DataError with it when the command fails."""
     command = [str(word) for word in command]
     run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if run.returncode != 0:

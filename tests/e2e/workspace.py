@@ -55,7 +55,7 @@ num_queries = 1
 
 
 def said_by(command, folder=REPOSITORY, code=0, **variables):
-    """What a command says, errors included, that ends with this code; raises AssertionError when it ends with another."""
+    """The output, errors included, of a command that must end with this code; raises AssertionError when it ends with another."""
     command = [str(word) for word in command]
     result = subprocess.run(command, cwd=folder, env=environment() | variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     if result.returncode != code:
@@ -64,7 +64,7 @@ def said_by(command, folder=REPOSITORY, code=0, **variables):
 
 
 class Checkout:
-    """What a workspace and a site of stubs (stub_site.py) have: a `folder`, and make in it."""
+    """A workspace or a site of stubs (stub_site.py): a `folder`, and make in it."""
 
     def remove(self):
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -78,7 +78,7 @@ class Checkout:
         return ["make", "--no-print-directory", f"SITE={self.site}", *arguments]
 
     def output(self, *arguments, code=0, **more):
-        """What a make says that ends with this code; raises AssertionError when it ends with another."""
+        """The output of a make that must end with this code; raises AssertionError when it ends with another."""
         result = self.make(*arguments, **more)
         if result.returncode != code:
             raise AssertionError(f"make {' '.join(map(str, arguments))} ended with {result.returncode}:\n{result.stdout}")

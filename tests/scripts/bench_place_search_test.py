@@ -1,22 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_place_search.py and made_up_floor.py: floors are of the area asked for and connected, scans end on their walls."""
 
-import sys
 import unittest
 
 import h5py
 import numpy as np
 
-import fake_site
+from folder_case import FolderTest  # first: it makes the benchmarks importable
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
-
-import bench_place_search as bench  # noqa: E402
-import made_up_floor as floor  # noqa: E402
-import mrpt_localization as mrpt  # noqa: E402
-from folder_case import FolderTest
-from nightmap_eval.grid import FREE, OCCUPIED, Grid, read_grid  # noqa: E402
-from nightmap_eval.trajectory import read_tum  # noqa: E402
+import bench_place_search as bench
+import made_up_floor as floor
+import mrpt_localization as mrpt
+from nightmap_eval.grid import FREE, OCCUPIED, Grid, read_grid
+from nightmap_eval.trajectory import read_tum
 
 EXACT = floor.Laser(noise_m=0.0)
 

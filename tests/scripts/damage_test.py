@@ -4,19 +4,16 @@
 import hashlib
 import json
 import math
-import sys
 import unittest
 
 import numpy as np
 from PIL import Image
 
-import fake_site
 from folder_case import FolderTest
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "faults"))
-import measure_faults  # noqa: E402
-from damage import FAULTS, damage  # noqa: E402
-from recording import read_recording  # noqa: E402
+import measure_faults
+from damage import FAULTS, damage
+from recording import read_recording
 
 NUM_FRAMES = 60
 CONFIG = """root = "tiny"

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of grids: a map of another system may be turned by the yaw of its origin."""
-import sys
 import unittest
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from nightmap_eval import drawing  # noqa: E402
-from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
+import fake_site  # noqa: F401  (it makes scripts/ importable)
+from nightmap_eval import drawing
+from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 
 class DrawGridTest(unittest.TestCase):

@@ -50,7 +50,7 @@ class SiteFolderTest(FolderTest):
         return fake_site.run(script, "--site-dir", self.site_dir, "--data", self.folder, "--out", self.site_dir / out, *more)
 
     def written(self, script, out, *more):
-        """What a script that succeeds writes."""
+        """Text that a script writes; it must succeed."""
         result = self.run_script(script, out, *more)
         self.assertEqual(result.returncode, 0, result.stderr)
         return (self.site_dir / out).read_text()

@@ -3,21 +3,17 @@
 
 import contextlib
 import io
-import sys
 import unittest
 from unittest import mock
 
 import numpy as np
 
-import fake_site
+from folder_case import FolderTest  # first: it makes the benchmarks importable
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
-
-import mrpt_localization as mrpt  # noqa: E402
-from folder_case import FolderTest
-from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
-from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
-from nightmap_site.script_errors import DataError  # noqa: E402
+import mrpt_localization as mrpt
+from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from nightmap_eval.sealed_hdf5 import sealed
+from nightmap_site.script_errors import DataError
 
 TIMES_NS = [5 * 10**9, 7 * 10**9]
 RANGES_M = [1.0, np.nan, -1.0, 9.0, 10.0, 12.0, 2.0]

@@ -15,10 +15,8 @@ from nightmap_eval.trajectory import read_tum
 from nightmap_site.script_errors import DataError
 from PIL import Image
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "people"))
-
-import boards  # noqa: E402
-import paste_people  # noqa: E402
+import boards
+import paste_people
 
 WIDTH, HEIGHT, F_PX, CX, CY = 160, 120, 130.0, 80.0, 59.0
 NUM_FRAMES, FPS = 48, 5

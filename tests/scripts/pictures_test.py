@@ -2,17 +2,13 @@
 """Pictures that the scripts open: label pictures as stored, and no files of other kinds."""
 import os
 import struct
-import sys
 import zlib
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-
 from folder_case import FolderTest
-from nightmap_eval.pictures import open_picture, read_labels  # noqa: E402
+from nightmap_eval.pictures import open_picture, read_labels
 
 
 GRAY, PALETTE = 0, 3

@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """unknown_lens.py: what its cases leave of a camera, and the figures of a row."""
 
-import sys
 import unittest
 
 import numpy as np
 from PIL import Image
 
-import fake_site
 from folder_case import FolderTest
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench"))
-
-import unknown_lens as bench  # noqa: E402
+import unknown_lens as bench
 
 COLOR = {"width": 640, "height": 480, "fx": 500.0, "fy": 501.0, "cx": 300.0, "cy": 230.0, "k1": 0.1, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
 CAMERA = {"camera_id": "color", "color": COLOR}
