@@ -70,25 +70,17 @@ class RaysTest(unittest.TestCase):
     def ends(self, origins_m, directions):
         return self.ceiling.cast(np.array(origins_m, float), np.array(directions, float))
 
-    def test_a_ray_ends_at_the_ceiling_above(self):
-        np.testing.assert_allclose(self.ends([[1, 1, 0.35]], [[0, 0, 1]]), [[1, 1, 2.6]])
-        np.testing.assert_allclose(self.ends([[1, 1, 0.6]], [[0.5, -0.25, 1]]), [[2, 0.5, 2.6]])
-
-    def test_a_ray_through_the_doorway_passes_under_the_lintel(self):
-        # At x = 4.2 it is 1.95 m high: below the lintel's 2.1 m.
-        np.testing.assert_allclose(self.ends([[3, 0, 0.6]], [[0.8, 0.1, 0.9]]), [[3 + 2 * 0.8 / 0.9, 2 * 0.1 / 0.9, 2.6]])
-
-    def test_a_ray_above_the_doorway_ends_at_the_lintel(self):
-        np.testing.assert_allclose(self.ends([[3, 0, 0.5]], [[1, 0, 1.8]]), [[4, 0, 2.3]])
-        np.testing.assert_allclose(self.ends([[3.9, 0, 0.5]], [[0.2, 0, 1.6]]), [[4.1, 0, 2.1]])  # from below
-
-    def test_a_ray_beside_the_doorway_ends_at_the_wall(self):
-        np.testing.assert_allclose(self.ends([[3, 1, 0.5]], [[1, 0, 1]]), [[4, 1, 1.5]])
-        np.testing.assert_allclose(self.ends([[3, 0, 0.5]], [[0, -2, 1]]), [[3, -2, 1.5]])
-        np.testing.assert_allclose(self.ends([[3.5, 0, 0.5]], [[0.6, 0.6, 0.3]]), [[4, 0.5, 0.75]])  # the frame of the doorway ends it
-
-    def test_a_ray_back_leaves_the_second_room(self):
-        np.testing.assert_allclose(self.ends([[5, 0, 0.6]], [[-0.8, 0, 0.8]]), [[3, 0, 2.6]])
+    def test_a_ray_ends_at_what_is_in_its_way(self):
+        for name, origin_m, direction, end_m in (
+            ("the ceiling above", [1, 1, 0.35], [0, 0, 1], [1, 1, 2.6]), ("the ceiling aside", [1, 1, 0.6], [0.5, -0.25, 1], [2, 0.5, 2.6]),
+            # At x = 4.2 it is 1.95 m high: below the lintel's 2.1 m.
+            ("through the doorway", [3, 0, 0.6], [0.8, 0.1, 0.9], [3 + 2 * 0.8 / 0.9, 2 * 0.1 / 0.9, 2.6]),
+            ("the lintel", [3, 0, 0.5], [1, 0, 1.8], [4, 0, 2.3]), ("the lintel from below", [3.9, 0, 0.5], [0.2, 0, 1.6], [4.1, 0, 2.1]),
+            ("the wall beside the doorway", [3, 1, 0.5], [1, 0, 1], [4, 1, 1.5]), ("the wall aside", [3, 0, 0.5], [0, -2, 1], [3, -2, 1.5]),
+            ("the frame of the doorway", [3.5, 0, 0.5], [0.6, 0.6, 0.3], [4, 0.5, 0.75]),
+            ("back from the second room", [5, 0, 0.6], [-0.8, 0, 0.8], [3, 0, 2.6])):  # fmt: skip
+            with self.subTest(name):
+                np.testing.assert_allclose(self.ends([origin_m], [direction]), [end_m])
 
     def test_rays_down_or_from_outside_end_nowhere(self):
         self.assertTrue(np.isnan(self.ends([[1, 1, 0.5], [1, 1, 0.5], [9, 0, 0.5]], [[0, 0, -1], [1, 0, 0], [0, 0, 1]])).all())
