@@ -21,6 +21,7 @@ from command_line import markdown, parser_of  # first: it makes the packages of 
 from grid_holes import holes
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.planar_poses import wrapped_rad
 from nightmap_site.checked_reading import read_object, using
 from nightmap_site.script_errors import DataError, run_main
 
@@ -56,11 +57,6 @@ def run(program, config, inputs, folder, outputs):
         command += ["--out", f"{name}={folder / file}"]
     result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     return result.returncode, result.stderr.strip()
-
-
-def wrapped(angles_rad):
-    """Wraps angles into [-pi, pi)."""
-    return (np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi
 
 
 def on_arcs(x, y, heading, v, omega, duration_s):
@@ -108,7 +104,7 @@ class Drive:
                 x, y, heading = self.x[i], self.y[i], self.heading[i]
             x, y, heading = on_arcs(x, y, heading, self.v[i], self.omega[i], duration_s)
             off_m = max(abs(x - self.x[i + 1]), abs(y - self.y[i + 1]))
-            off_rad = abs(wrapped(heading - self.heading[i + 1]))
+            off_rad = abs(wrapped_rad(heading - self.heading[i + 1]))
             radius_m = self.figures["robot_radius_m"]
             way_m = noise * (self.v[i] + radius_m * abs(self.omega[i])) * duration_s
             # The start is rounded; its angle error rotates all later poses.
@@ -119,7 +115,7 @@ class Drive:
 
     def moved(self):
         """Velocities from each pose to the next, taken as constant in between; the last is at rest."""
-        turns = wrapped(np.diff(self.heading))
+        turns = wrapped_rad(np.diff(self.heading))
         direction = self.heading[:-1] + turns / 2
         chords = np.diff(self.x) * np.cos(direction) + np.diff(self.y) * np.sin(direction)
         steps_s = np.diff(self.times_s)
@@ -144,7 +140,7 @@ class Drive:
     def arrival(self, goal_heading_rad):
         """Position error (m) and heading error (degrees)."""
         position_m = np.hypot(*(self.path[-1] - [self.x[-1], self.y[-1]]))
-        return position_m, np.degrees(abs(wrapped(self.heading[-1] - goal_heading_rad)))
+        return position_m, np.degrees(abs(wrapped_rad(self.heading[-1] - goal_heading_rad)))
 
 
 def obstacle_centres_m(grid, unknown_is_obstacle, max_hole_m):

@@ -16,6 +16,7 @@ from pathlib import Path
 from command_line import output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 import h5py
 import numpy as np
+from nightmap_eval.planar_poses import compose, inverse
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.checked_reading import using
 from nightmap_site.job_results import StageResult
@@ -37,18 +38,6 @@ PROGRAMS = {
     "laser_grid": ({"scans": "scans.h5", "trajectory": "trajectory.tum"},
                    {"floors": "floors.json", "pgm": "map.pgm", "yaml": "map.yaml", "png": "map.png"}),
 }  # fmt: skip
-
-
-def compose(pose, motion):
-    """Poses (n, 3) x, y, heading: `motion` after `pose`."""
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    x, y = motion[:, 0], motion[:, 1]
-    return np.stack([pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y, pose[2] + motion[:, 2]], axis=1)
-
-
-def inverse(pose):
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    return np.array([-cosine * pose[0] - sine * pose[1], sine * pose[0] - cosine * pose[1], -pose[2]])
 
 
 class Log:

@@ -10,6 +10,7 @@ import numpy as np
 import fake_site
 from folder_case import FolderTest
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.planar_poses import wrapped_rad
 from nightmap_site.script_errors import DataError
 
 import bench_drive
@@ -42,10 +43,6 @@ def driven(v, omega):
 
 
 class ArcsTest(unittest.TestCase):
-    def test_angles_are_wrapped(self):
-        np.testing.assert_allclose(bench_drive.wrapped([0, 3.5, -3.5, 13]),
-                                   [0, 3.5 - 2 * np.pi, 2 * np.pi - 3.5, 13 - 4 * np.pi])  # fmt: skip
-
     def test_a_quarter_of_a_circle_and_a_line(self):
         quarter = bench_drive.on_arcs(1, 2, 0, 1, np.pi / 2, 1)
         np.testing.assert_allclose(quarter, [1 + 2 / np.pi, 2 + 2 / np.pi, np.pi / 2])
@@ -63,7 +60,7 @@ class DriveTest(FolderTest):
 
     def drive(self):
         times_ns = np.arange(len(self.v)) * round(PERIOD_S * 1e9)
-        rows = [f"{time},{x:.6f},{y:.6f},{bench_drive.wrapped(heading):.6f},{v:.6f},{omega:.6f}"
+        rows = [f"{time},{x:.6f},{y:.6f},{wrapped_rad(heading):.6f},{v:.6f},{omega:.6f}"
                 for time, (x, y, heading), v, omega in zip(times_ns, self.poses, self.v, self.omega)]  # fmt: skip
         header = "time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s"
         (self.folder / "drive.csv").write_text("\n".join([header, *rows]) + "\n")

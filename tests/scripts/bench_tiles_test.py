@@ -4,9 +4,10 @@
 import csv
 
 
+from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
+
 import bench_tiles
 
-from folder_case import FolderTest
 
 
 HEADER = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"

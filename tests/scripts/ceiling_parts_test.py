@@ -13,7 +13,7 @@ from folder_case import FolderTest
 from nightmap_eval.ceiling import chi_square
 from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
 from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
-from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory
+from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory, wrapped_rad
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.script_errors import DataError
 
@@ -48,8 +48,12 @@ class ReadCameraTest(FolderTest):
 class PlanarPosesTest(unittest.TestCase):
     def test_a_pose_and_its_inverse_are_nothing(self):
         rows = np.random.default_rng(1).normal(size=(20, 3))
-        np.testing.assert_allclose(compose(rows, inverse(rows)), 0, atol=1e-12)
+        for product in (compose(rows, inverse(rows)), compose(inverse(rows), rows)):
+            np.testing.assert_allclose(product, 0, atol=1e-12)
         np.testing.assert_allclose(to_rows(to_trajectory(np.arange(20), rows)), rows, atol=1e-12)
+
+    def test_angles_are_wrapped(self):
+        np.testing.assert_allclose(wrapped_rad([0, 3.5, -3.5, 13]), [0, 3.5 - 2 * np.pi, 2 * np.pi - 3.5, 13 - 4 * np.pi])
 
     def test_the_heading_of_a_tilted_pose_is_that_of_its_x_axis(self):
         tilted = rotation_about([0, 0, 1], 0.7) @ rotation_about([1, 0, 0], 0.1)

@@ -7,8 +7,9 @@ import struct
 from pathlib import Path
 from types import SimpleNamespace
 
+from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
+
 import describe_pipeline
-from folder_case import FolderTest
 from nightmap_make import preflight, slots, why
 from nightmap_make.clashes import check_clashes
 from nightmap_make.graph import Graph

@@ -4,8 +4,9 @@
 import json
 import os
 
+from folder_case import SiteFolderTest  # first: it makes scripts and benchmarks importable
+
 import remove_leftovers
-from folder_case import SiteFolderTest
 from nightmap_make.graph import Graph
 from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import read_pipeline
