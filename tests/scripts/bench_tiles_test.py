@@ -9,7 +9,6 @@ from folder_case import FolderTest  # first: it makes scripts and benchmarks imp
 import bench_tiles
 
 
-
 HEADER = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"
 POSES = ((1.5, 0.0, 0.0), (2.0, 3.0, 1.0), (2.25, 1.0, 5.0))
 

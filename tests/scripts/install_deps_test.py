@@ -8,7 +8,6 @@ import subprocess
 from folder_case import FolderTest
 
 
-
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/install_deps.sh"
 LARGE = {"libpcl-dev", "libembree-dev", "colmap", "chromium", "clang-tidy"}  # that only some programs or commands need
 

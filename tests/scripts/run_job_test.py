@@ -6,7 +6,6 @@ import subprocess
 from folder_case import FolderTest
 
 
-
 RUN_JOB = pathlib.Path(__file__).resolve().parents[2] / "scripts/run_job.sh"
 LOADER = "echo a: error while loading shared libraries: b.so: failed to map segment from shared object; exit 127"
 MISSING = "echo a: error while loading shared libraries: b.so: cannot open shared object file: No such file; exit 127"

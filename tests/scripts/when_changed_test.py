@@ -9,7 +9,6 @@ import sys
 from folder_case import FolderTest
 
 
-
 SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "when_changed.py"
 
 
