@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broken input: what is skipped and counted, what stops a stage, and with which exit code."""
-import csv
 import json
 import os
 import resource
@@ -9,7 +8,7 @@ import shutil
 import numpy as np
 from PIL import Image
 
-from workspace import BUILD, CAMERA, GOALS, SITE, CopiedSiteTest, as_its_job_wrote, write_black, write_gray16
+from workspace import BUILD, CAMERA, GOALS, SITE, CopiedSiteTest, as_its_job_wrote, read_csv, write_black, write_gray16
 
 from nightmap_eval.sealed_hdf5 import sealed
 
@@ -46,8 +45,7 @@ class InputsTest(CopiedSiteTest):
                              "--out", "vocabulary=vocabulary.h5")
 
     def frames_of(self, name):
-        with open(self.work.path(f"frames/{name}"), encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
+        return read_csv(self.work.path(f"frames/{name}"))
 
     def picture(self, index, column):
         return self.work.folder / "data" / self.frames_of("shard_0000.csv")[index][column]
@@ -292,8 +290,7 @@ class InputsTest(CopiedSiteTest):
         self.assertIn("no loop found", report["loops"])
 
     def located(self):
-        with open(self.work.path("localize/queries.csv"), encoding="utf-8", newline="") as file:
-            return {row["color_path"]: row for row in csv.DictReader(file)}
+        return {row["color_path"]: row for row in read_csv(self.work.path("localize/queries.csv"))}
 
     def test_a_query_without_features_or_unreadable_is_a_row_with_a_reason(self):
         queries = self.frames_of("held_out.csv")

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laser relocalization as published (CN110307838A), through make: objects that a site imports, and a rough position of each scan."""
-import csv
 import json
 import math
 import shutil
 import unittest
 
-from workspace import LASER_SITE, Workspace, write_laser_site
+from workspace import LASER_SITE, Workspace, read_csv, write_laser_site
 from nightmap_eval import planar_poses  # workspace finds the scripts
 from nightmap_eval.trajectory import read_tum
 
@@ -36,8 +35,7 @@ class PublishedTest(unittest.TestCase):
         return json.loads((cls.maps / "test_localize/report.json").read_text())
 
     def rows(self, name):
-        with open(self.maps / "test_localize" / name, encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return read_csv(self.maps / "test_localize" / name)
 
     def queries_at_the_true_place(self, rows):
         """Queries of which a row is as near to the true place as the filter asks for."""

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Each publication is one word: on small made-up sites, PROFILE=published_... gives a map, and located queries where the publication
 locates any, with the published values; nothing of it is left when the site goes back to its own profile."""
-import csv
 import json
 import tomllib
 import unittest
 
 import labels_test
-from workspace import LASER_SITE, RECORDING, REPOSITORY, SITE, Workspace, write_laser_site
+from workspace import LASER_SITE, RECORDING, REPOSITORY, SITE, Workspace, read_csv, write_laser_site
 
 CONFIGS = REPOSITORY / "configs"
 
@@ -30,8 +29,7 @@ class Published(unittest.TestCase):
         cls.metrics = json.loads((cls.maps / "evaluate/metrics.json").read_text())
 
     def queries(self):
-        with open(self.maps / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return read_csv(self.maps / "localize/queries.csv")
 
     def effective(self, options, key):
         return tomllib.loads((self.maps / f"config/{options}.toml").read_text())[key]

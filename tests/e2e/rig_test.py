@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A site of two cameras that record at once: frames are listed by time and camera with unique times and described, and a map is
 refused before anything runs."""
-import csv
 import unittest
 
 import h5py
 import matplotlib.image
 import numpy as np
-from workspace import SITE, Workspace
+from workspace import SITE, Workspace, read_csv
 
 FEATURES = f"maps/{SITE}/features/shard_0000.h5"
 CAMERA = """
@@ -48,8 +47,7 @@ class RigTest(unittest.TestCase):
 
     def test_frames_and_features_are_made_and_a_map_is_refused_once(self):
         self.work.output(FEATURES)
-        with open(self.work.path("frames/shard_0000.csv"), newline="") as file:
-            rows = [(int(row["time_ns"]), row["camera_idx"], row["color_path"]) for row in csv.DictReader(file)]
+        rows = [(int(row["time_ns"]), row["camera_idx"], row["color_path"]) for row in read_csv(self.work.path("frames/shard_0000.csv"))]
         self.assertEqual(rows, [(i * 10**9 + 5 * 10**8 + camera, str(camera), f"{SITE}/{name}/{i}.png")
                                 for i in range(NUM_FRAMES) for camera, name in enumerate(NAMES)])  # fmt: skip
         with h5py.File(self.work.folder / FEATURES) as file:

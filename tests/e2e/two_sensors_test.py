@@ -5,7 +5,6 @@ seconds.
 
 The scans are cast here, in the true boxes of the building, and share no code with the scanner of synthesize.
 """
-import csv
 import json
 import sys
 import unittest
@@ -13,7 +12,7 @@ import unittest
 import numpy as np
 
 import accuracy
-from workspace import REPOSITORY
+from workspace import REPOSITORY, read_csv
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import associate, planar_umeyama, read_tum, umeyama  # noqa: E402
@@ -84,8 +83,7 @@ class Located:
     """Results of localize, in the world, by row of queries.csv: place (m), heading (rad). `axis` of a frame points ahead."""
 
     def __init__(self, site_dir, truth, align, axis):
-        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            self.rows = list(csv.DictReader(file))
+        self.rows = read_csv(site_dir / "localize/queries.csv")
         self.located = [i for i, row in enumerate(self.rows) if row["status"] == "located"]
         move = world_from_map(read_tum(site_dir / "map_frame/trajectory.tum"), truth, align)
         poses = read_tum(site_dir / "localize/queries.tum")  # of the located, by time

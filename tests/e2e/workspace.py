@@ -5,6 +5,7 @@ Sources, scripts and programs are links to the repository's, configs are a copy,
 are its own; so every path is relative and two workspaces must give the same bytes. The programs are
 those of NIGHTMAP_BUILD (default: build/), which must be up to date: run `make build` first.
 """
+import csv
 import fcntl
 import hashlib
 import json
@@ -52,6 +53,11 @@ max_turn_rad = 0.2
 num_light_samples = 8
 num_queries = 1
 """
+
+
+def read_csv(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 def said_by(command, folder=REPOSITORY, code=0, **variables):
