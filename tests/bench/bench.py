@@ -10,32 +10,18 @@ Prints a Markdown table; with --page it goes between `<!-- bench:begin -->` and 
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import shutil
-import subprocess
 import time
-from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.figure_page import put_figure
+from command_line import markdown, output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 from nightmap_site.checked_reading import read_object
 from nightmap_site.job_results import StageResult, folders_up_to
-from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.script_errors import run_main
 from nightmap_site.unit_lists import read_shards
 
 STAGES = folders_up_to("map_frame")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+")
-    parser.add_argument("--data", type=Path, required=True, help="recordings")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
-    parser.add_argument("--threads", type=int, required=True, help="threads per stage")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
-    return parser.parse_args()
 
 
 class Case:
@@ -55,9 +41,7 @@ class Case:
             f"MAPS={self.folder / maps}", f"SET={settings}{limit}", *goals,
         ]  # fmt: skip
         start_s = time.monotonic()
-        run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        if run.returncode != 0:
-            raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
+        output_of(command)
         return time.monotonic() - start_s
 
     def yardstick_s_per_frame(self):
@@ -90,19 +74,19 @@ def table(rows):
         "site", "frames", "total (s)", "frames/s", "ms/frame", "yardstick (s)", "total / yardstick",
         *(f"{name} (s)" for name in STAGES), "peak memory (MiB)",
     ]  # fmt: skip
-    lines = [titles, ["---"] + ["---:"] * (len(titles) - 1), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    return markdown(titles, rows)
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "data", "build", "threads", "page")
+    parser.add_argument("sites", nargs="+")
+    arguments = parser.parse_args()
     rows = []
     for site in arguments.sites:
         rows.append(Case(site, arguments).row())
         print(table(rows[-1:]), flush=True)
     print(table(rows))
-    if arguments.page:
-        put_figure(arguments.page, "bench", table(rows))
+    put_into_page(arguments, "bench", table(rows))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ arrives within 5 cm and 5 degrees. Each drive has its own noise seed. Prints cou
 Exit codes: 0 all drives pass; 1 some fail; 2 wrong command line.
 """
 
-import argparse
 import collections
 import re
 import subprocess
@@ -18,10 +17,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import markdown, parser_of  # first: it makes the packages of scripts/ importable
 from grid_holes import holes
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.planar_poses import wrapped_rad
 from nightmap_site.checked_reading import read_object, using
 from nightmap_site.script_errors import DataError, run_main
 
@@ -36,15 +36,13 @@ NUM_BETWEEN = 4  # points checked between two poses
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "build", "page")
     parser.add_argument("grid", type=Path, help="map.yaml of a grid")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_drive")
     parser.add_argument("--plan", type=Path, help="plan program to use instead of BUILD/bin/plan")
     parser.add_argument("--folder", type=Path, help="folder of the results instead of BUILD/bench_drive")
     parser.add_argument("--num-drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE", help="options, as TOML")
-    parser.add_argument("--page", type=Path, help="page that receives a table of drives with and without noise")
     return parser.parse_args()
 
 
@@ -59,11 +57,6 @@ def run(program, config, inputs, folder, outputs):
         command += ["--out", f"{name}={folder / file}"]
     result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     return result.returncode, result.stderr.strip()
-
-
-def wrapped(angles_rad):
-    """Wraps angles into [-pi, pi)."""
-    return (np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi
 
 
 def on_arcs(x, y, heading, v, omega, duration_s):
@@ -111,7 +104,7 @@ class Drive:
                 x, y, heading = self.x[i], self.y[i], self.heading[i]
             x, y, heading = on_arcs(x, y, heading, self.v[i], self.omega[i], duration_s)
             off_m = max(abs(x - self.x[i + 1]), abs(y - self.y[i + 1]))
-            off_rad = abs(wrapped(heading - self.heading[i + 1]))
+            off_rad = abs(wrapped_rad(heading - self.heading[i + 1]))
             radius_m = self.figures["robot_radius_m"]
             way_m = noise * (self.v[i] + radius_m * abs(self.omega[i])) * duration_s
             # The start is rounded; its angle error rotates all later poses.
@@ -122,7 +115,7 @@ class Drive:
 
     def moved(self):
         """Velocities from each pose to the next, taken as constant in between; the last is at rest."""
-        turns = wrapped(np.diff(self.heading))
+        turns = wrapped_rad(np.diff(self.heading))
         direction = self.heading[:-1] + turns / 2
         chords = np.diff(self.x) * np.cos(direction) + np.diff(self.y) * np.sin(direction)
         steps_s = np.diff(self.times_s)
@@ -147,7 +140,7 @@ class Drive:
     def arrival(self, goal_heading_rad):
         """Position error (m) and heading error (degrees)."""
         position_m = np.hypot(*(self.path[-1] - [self.x[-1], self.y[-1]]))
-        return position_m, np.degrees(abs(wrapped(self.heading[-1] - goal_heading_rad)))
+        return position_m, np.degrees(abs(wrapped_rad(self.heading[-1] - goal_heading_rad)))
 
 
 def obstacle_centres_m(grid, unknown_is_obstacle, max_hole_m):
@@ -245,11 +238,11 @@ def noise_row(noise, outcomes, drives):
 
 
 def compare_noise(arguments):
-    lines = [("noise of drive", "right", "failed", "farthest off (cm)", "(deg)"), ("---", "---:", "---", "---:", "---:")]
+    lines = []
     for noise in NOISES:
         outcomes, _, drives = draw_drives(arguments, noise)
         lines.append(noise_row(noise, outcomes, drives))
-    table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    table = markdown(("noise of drive", "right", "failed", "farthest off (cm)", "(deg)"), lines)
     print(table, end="")
     put_figure(arguments.page, "bench_drive", table)
 

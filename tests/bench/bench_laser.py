@@ -10,15 +10,13 @@ Prints a Markdown table of CPU milliseconds per scan and peak memory; with --pag
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import shutil
-import subprocess
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 import h5py
 import numpy as np
-from nightmap_eval.figure_page import put_figure
+from nightmap_eval.planar_poses import compose, inverse
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.checked_reading import using
 from nightmap_site.job_results import StageResult
@@ -40,28 +38,6 @@ PROGRAMS = {
     "laser_grid": ({"scans": "scans.h5", "trajectory": "trajectory.tum"},
                    {"floors": "floors.json", "pgm": "map.pgm", "yaml": "map.yaml", "png": "map.png"}),
 }  # fmt: skip
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames, of a laser site with wheels")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_laser")
-    parser.add_argument("--threads", type=int, default=2, help="threads per program")
-    parser.add_argument("--scans", type=int, nargs="+", default=[1000, 5000, 20000])
-    parser.add_argument("--page", type=Path, help="page that receives the table")
-    return parser.parse_args()
-
-
-def compose(pose, motion):
-    """Poses (n, 3) x, y, heading: `motion` after `pose`."""
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    x, y = motion[:, 0], motion[:, 1]
-    return np.stack([pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y, pose[2] + motion[:, 2]], axis=1)
-
-
-def inverse(pose):
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    return np.array([-cosine * pose[0] - sine * pose[1], sine * pose[0] - cosine * pose[1], -pose[2]])
 
 
 class Log:
@@ -120,8 +96,7 @@ def run(arguments, program, folder):
     (folder / program).mkdir()
     for port, name in (outputs | {kind: f"{program}/{kind}.json" for kind in ("report", "receipt")}).items():
         command += ["--out", f"{port}={folder / name}"]
-    if subprocess.run([str(word) for word in command], check=False).returncode:
-        raise DataError(f"{program} failed on {folder}")
+    output_of(command)
     return StageResult(folder / program)
 
 
@@ -146,10 +121,12 @@ def table(arguments):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "build", "threads", "page")
+    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames, of a laser site with wheels")
+    parser.add_argument("--scans", type=int, nargs="+", default=[1000, 5000, 20000])
+    arguments = parser.parse_args()
     text = table(arguments)
-    if arguments.page:
-        put_figure(arguments.page, "bench_laser", text)
+    put_into_page(arguments, "bench_laser", text)
 
 
 if __name__ == "__main__":

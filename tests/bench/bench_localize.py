@@ -12,37 +12,31 @@ differ by more than 5 cm.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import math
 import shutil
-import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import markdown, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 import padded_map
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.figure_page import put_figure
 from nightmap_site.checked_reading import read_object
 from nightmap_site.job_results import RECEIPT
-from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.script_errors import run_main
+from stage_run import LOCALIZE_OUTPUTS, Programs, localize_inputs
 
 SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)
 MOVED_M = 0.05
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "data", "build", "threads", "page")
     parser.add_argument("site_dir", type=Path, help="MAPS/SITE of a mapped site with queries")
-    parser.add_argument("--data", type=Path, required=True, help="recordings")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_localize")
-    parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="number of landmarks of each map")
     parser.add_argument("--donor", type=Path, action="append", default=[], help="MAPS/SITE of another map to copy")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if min(arguments.repeats, *arguments.sizes) < 1:
         parser.error("--repeats and --sizes must be at least 1")
@@ -97,29 +91,12 @@ class Run:
 
 def localize(arguments, folder):
     """Locates the site's queries in the map of `folder`."""
-    asked, config = arguments.site_dir / "queries", arguments.site_dir / "config" / "localize.toml"
-    out = folder / "localize"
-    inputs = {
-        "queries": asked / "queries.csv", "cameras": asked / "query_cameras.json",
-        "configured": arguments.site_dir / "frames" / "cameras.json",
-        "calibrated": arguments.site_dir / "adjust" / "cameras.json",
-        "data": arguments.data, "landmarks": folder / "landmarks.h5", "vocabulary": folder / "vocabulary.h5",
-    }  # fmt: skip
-    outputs = {
-        "queries": out / "queries.csv", "trajectory": out / "queries.tum",
-        "report": out / "report.json", "receipt": out / "receipt.json",
-    }  # fmt: skip
-    out.mkdir(exist_ok=True)
-    command = [str(arguments.build / "bin" / "localize"), "--threads", str(arguments.threads)]
-    for option, paths in (("--in", inputs), ("--out", outputs)):
-        for name, path in paths.items():
-            command += [option, f"{name}={path}"]
-    if config.exists():
-        command += ["--config", str(config)]
-    run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if run.returncode != 0:
-        raise DataError(f"{' '.join(command)}\n{run.stdout}\nthe run failed, see above")
-    return Run(out)
+    inputs = localize_inputs(arguments.site_dir, arguments.data)
+    inputs |= {"landmarks": folder / "landmarks.h5", "vocabulary": folder / "vocabulary.h5"}
+    config = arguments.site_dir / "config" / "localize.toml"
+    programs = Programs(arguments.build, arguments.threads)
+    programs.run("localize", inputs, LOCALIZE_OUTPUTS, folder / "localize", config if config.exists() else None)
+    return Run(folder / "localize")
 
 
 def shortest(runs):
@@ -133,7 +110,7 @@ def make_table(runs_of_size):
         "landmarks", "read (CPU s)", "extract (CPU ms)", "locate (CPU ms)", "both / extract", "both / smallest",
         "located", "moved",
     ]  # fmt: skip
-    lines = [titles, ["---:"] * len(titles)]
+    rows = []
     smallest = next(iter(runs_of_size.values()))
     # The time to describe pictures does not depend on the map: all sizes share it.
     extract_ms = min(shortest(runs)["extract"] for runs in runs_of_size.values())
@@ -141,12 +118,12 @@ def make_table(runs_of_size):
     for size, runs in runs_of_size.items():
         locate_ms = shortest(runs)["locate"]
         both_ms = extract_ms + locate_ms
-        lines.append([
+        rows.append([
             f"{size:,}", f"{min(run.parts_s['read'] for run in runs):.2f}", f"{extract_ms:.1f}", f"{locate_ms:.1f}",
             f"{both_ms / extract_ms:.2f}", f"{both_ms / first_ms:.2f}",
             f"{len(runs[0].positions_m)} of {runs[0].num_queries}", f"{runs[0].num_moved(smallest[0])}",
         ])  # fmt: skip
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    return markdown(titles, rows, 0)
 
 
 def main():
@@ -160,8 +137,7 @@ def main():
             runs.append(localize(arguments, folder / str(size)))
     table = make_table(runs_of_size)
     print(table, end="")
-    if arguments.page:
-        put_figure(arguments.page, "bench_localize", table)
+    put_into_page(arguments, "bench_localize", table)
 
 
 if __name__ == "__main__":

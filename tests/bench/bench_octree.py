@@ -13,14 +13,11 @@ Prints a Markdown table; with --page it goes between `<!-- bench_octree:begin --
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.figure_page import put_figure
+from command_line import markdown, output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 from nightmap_site.script_errors import DataError, run_main
 
 BUILDERS = {
@@ -36,13 +33,11 @@ TITLES = [
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "data", "page")
     parser.add_argument("cases", nargs="+", metavar="CASE", help="SITE_DIR[:POSES[:STRIDE]]")
-    parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="folder of the build, with bench_octree")
     parser.add_argument("--voxels_cm", type=float, nargs="+", default=(4, 2))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.repeats < 1 or min(arguments.voxels_cm) <= 0:
         parser.error("--repeats must be at least 1, --voxels_cm positive")
@@ -55,13 +50,11 @@ def run_once(arguments, case, voxel_cm, options):
         str(arguments.build / "bench_octree"), "--site", site, "--data", str(arguments.data),
         "--poses", poses, "--stride", stride, "--resolution_m", str(voxel_cm / 100), *options,
     ]  # fmt: skip
-    run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if run.returncode != 0:
-        raise DataError(f"{' '.join(command)}\n{run.stdout}\nthe run failed, see above")
+    printed = output_of(command)
     try:
-        return json.loads(run.stdout)
+        return json.loads(printed)
     except ValueError:
-        raise DataError(f"{' '.join(command)}\n{run.stdout}\nthe benchmark printed no figures; build it again") from None
+        raise DataError(f"{' '.join(command)}\n{printed}\nthe benchmark printed no figures; build it again") from None
 
 
 def measure(arguments, case, voxel_cm, folder):
@@ -92,15 +85,14 @@ def rows(case, voxel_cm, results):
 
 def main():
     arguments = parse_arguments()
-    lines = [TITLES, ["---"] * 3 + ["---:"] * (len(TITLES) - 3)]
+    lines = []
     with tempfile.TemporaryDirectory() as folder:
         for case in arguments.cases:
             for voxel_cm in arguments.voxels_cm:
                 lines += rows(case, voxel_cm, measure(arguments, case, voxel_cm, folder))
-    table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    table = markdown(TITLES, lines, 3)
     print(table, end="")
-    if arguments.page:
-        put_figure(arguments.page, "bench_octree", table)
+    put_into_page(arguments, "bench_octree", table)
 
 
 if __name__ == "__main__":

@@ -8,15 +8,13 @@ Prints a Markdown table and the power of the area by which the CPU time grows; w
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import tempfile
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 import numpy as np
 from laser.move_furniture import write_map
 from made_up_floor import Laser, free_poses, make_floor, scan
-from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import OCCUPIED
 from nightmap_eval.laser.scan_relocalization import figures, read_scans
 from nightmap_eval.sealed_hdf5 import sealed
@@ -31,13 +29,10 @@ COLUMNS = ("area (m2)", "cells", "occupied cells", "queries", "within 10 cm, 1 d
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--build", type=Path, required=True, help="folder of the programs")
-    parser.add_argument("--threads", type=int, default=2, help="threads of the program")
+    parser = parser_of(__doc__, "build", "threads", "page")
     parser.add_argument("--areas", type=float, nargs="+", default=[500, 2000, 5000, 20000], help="m2")
     parser.add_argument("--queries", type=int, default=50, help="scans per map")
     parser.add_argument("--seed", type=int, default=1, help="of floors, places and noise")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.queries < 1 or min(arguments.areas) < 500:
         parser.error("--queries must be positive, and --areas at least 500: smaller floors have no room for rooms")
@@ -129,8 +124,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         text = table(arguments, Path(folder))
     print(text.splitlines()[-1])
-    if arguments.page:
-        put_figure(arguments.page, "place_search", text)
+    put_into_page(arguments, "place_search", text)
 
 
 if __name__ == "__main__":

@@ -10,17 +10,15 @@ A row that draws at random is the median over the seeds. Prints a Markdown table
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from checkout import CHECKOUT  # first: it makes the packages of scripts/ importable
+from command_line import output_of, parser_of, put_into_page
 import numpy as np
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.figure_page import put_figure
 from nightmap_eval.laser.report_relocalization import WRONG_M
 from nightmap_eval.laser.scan_relocalization import figures, read_scans
 from nightmap_eval.located_queries import read_located
@@ -53,14 +51,11 @@ COLUMNS = {
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "build", "threads", "page")
     parser.add_argument("site_dirs", type=Path, nargs="+", help="maps/SITE of laser sites after make evaluate")
-    parser.add_argument("--build", type=Path, required=True, help="folder of the programs")
-    parser.add_argument("--threads", type=int, default=2, help="threads per program")
     parser.add_argument("--seeds", type=int, default=5, help="of rough positions and of the furniture")
     parser.add_argument("--radius", type=float, default=5, help="m, of the rough positions")
     parser.add_argument("--share", type=float, default=0.3, help="of the occupied cells that go with the furniture")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.seeds < 1 or not arguments.radius > 0:
         parser.error("--seeds and --radius must be positive")
@@ -101,9 +96,7 @@ class Site:
     def moved_grid(self, share, seed, objects):
         folder = self.folder / f"moved_{seed}"
         words = [self.grid, "--out", folder, "--share", share, "--seed", seed, "--objects", objects]
-        command = [str(word) for word in (sys.executable, MOVE_FURNITURE, *words)]
-        if subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode:
-            raise DataError(f"move_furniture.py failed on {self.grid}")
+        output_of([sys.executable, MOVE_FURNITURE, *words])
         return folder / "map.yaml"
 
     def locate(self, questions, method, grid=None, objects=None):
@@ -209,8 +202,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         programs = Programs(arguments.build, arguments.threads)
         text = table([Site(site_dir, programs, Path(folder)) for site_dir in arguments.site_dirs], arguments)
-    if arguments.page:
-        put_figure(arguments.page, "relocalization", text)
+    put_into_page(arguments, "relocalization", text)
 
 
 if __name__ == "__main__":

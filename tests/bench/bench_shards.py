@@ -10,15 +10,13 @@ Prints a Markdown table of wall and CPU seconds, all processes included; with --
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import resource
 import statistics
 import sys
 import time
-from pathlib import Path
 
 from checkout import CHECKOUT
-from nightmap_eval.figure_page import put_figure
+from command_line import markdown, parser_of, put_into_page
 from nightmap_site.script_errors import DataError, run_main
 
 sys.path.append(str(CHECKOUT / "tests/e2e"))
@@ -29,10 +27,9 @@ TITLES = ("shards", "make map, from nothing (s)", "make map, nothing to do (s)",
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "page")
     parser.add_argument("--shards", type=int, nargs="+", default=[1000, 5000])
     parser.add_argument("--runs", type=int, default=3, help="of each look, of which the middle one counts")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
@@ -61,10 +58,9 @@ def measure(num_shards, num_runs):
 
 def table(rows):
     """rows: number of shards -> times of `measure`."""
-    lines = [TITLES, ["---:"] * len(TITLES)]
-    lines += [[f"{num_shards:,}", *(f"{wall_s:.2f} (CPU {cpu_s:.2f})" for wall_s, cpu_s in times)]
+    lines = [[f"{num_shards:,}", *(f"{wall_s:.2f} (CPU {cpu_s:.2f})" for wall_s, cpu_s in times)]
               for num_shards, times in rows.items()]  # fmt: skip
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+    return markdown(TITLES, lines, 0)
 
 
 def main():
@@ -73,8 +69,7 @@ def main():
     for num_shards in arguments.shards:
         rows[num_shards] = measure(num_shards, arguments.runs)
         print(table(rows), end="", flush=True)
-    if arguments.page:
-        put_figure(arguments.page, "bench_shards", table(rows))
+    put_into_page(arguments, "bench_shards", table(rows))
 
 
 if __name__ == "__main__":

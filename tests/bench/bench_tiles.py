@@ -10,15 +10,12 @@ it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import csv
 import math
 import shutil
-import subprocess
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.figure_page import put_figure
+from command_line import markdown, output_of, parser_of, put_into_page  # first: it makes the packages of scripts/ importable
 from nightmap_site.checked_reading import read_text, using
 from nightmap_site.job_results import StageResult
 from nightmap_site.script_errors import DataError, run_main
@@ -26,18 +23,6 @@ from nightmap_site.unit_lists import near, read_tiles
 
 STAGES = ("tiles", "point_cloud", "octree", "grid")
 VIEW_M = 4.0  # a copy extends this far beyond its cameras
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and adjust")
-    parser.add_argument("--data", type=Path, required=True, help="recordings")
-    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_tiles")
-    parser.add_argument("--threads", type=int, default=2, help="threads per program")
-    parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
-    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
-    return parser.parse_args()
 
 
 def pose(line, frames):
@@ -110,9 +95,7 @@ class Bench:
         ports += [item for port in outputs for item in ("--out", self.absolute(port, self.folder / stage))]
         command = [self.arguments.build / "bin" / (program or stage), *ports, "--threads", str(self.arguments.threads),
                    "--log-level", "warn"]  # fmt: skip
-        run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        if run.returncode != 0:
-            raise DataError(f"{program or stage}{suffix}:\n{run.stdout}\nthe run failed, see above")
+        output_of(command)
 
     @staticmethod
     def absolute(port, folder):
@@ -164,12 +147,15 @@ class Bench:
 def table(stages, rows):
     header = ["keyframes", "tiles", *(f"{stage} ({unit})" for stage in stages for unit in ("CPU s", "MiB")),
               "CPU ms per keyframe"]  # fmt: skip
-    lines = [header, ["---:"] * len(header), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+    return markdown(header, rows, 0)
 
 
 def main():
-    arguments = parse_arguments()
+    parser = parser_of(__doc__, "data", "build", "threads", "page")
+    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and adjust")
+    parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
+    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
+    arguments = parser.parse_args()
     original = Original(arguments.site_dir)
     rows = []
     for count in arguments.keyframes:
@@ -179,8 +165,7 @@ def main():
             bench.run_stage(stage)
         rows.append(bench.row(count))
         print(table(arguments.stages, rows), end="", flush=True)
-    if arguments.page:
-        put_figure(arguments.page, "bench_tiles", table(arguments.stages, rows))
+    put_into_page(arguments, "bench_tiles", table(arguments.stages, rows))
 
 
 if __name__ == "__main__":

@@ -8,12 +8,11 @@ between `<!-- cloud_consistency:begin -->` and `<!-- cloud_consistency:end -->`.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
-import argparse
 from pathlib import Path
 
+from command_line import markdown, parser_of, put_into_page
 from seeds import CHECKOUT, run_make
 
-from nightmap_eval.figure_page import put_figure
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.job_results import StageResult
 from nightmap_site.script_errors import run_main
@@ -22,15 +21,6 @@ VALUES = (0, 1, 2)
 REPORT = {"num_points": int, "held_out_rays_agreeing_percent": NUMBER, "held_out_rays_blocked_percent": NUMBER}
 TITLES = ("site", "min_consistent_frames", "points (thousand)", "held-out rays that agree (%)", "that are blocked (%)",
           "thickness of flat places, median (mm)", "CPU time of point_cloud (s)")  # fmt: skip
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
-    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results, in a folder per value")
-    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
-    return parser.parse_args()
 
 
 def row(folder, site, value):
@@ -44,17 +34,20 @@ def row(folder, site, value):
 
 
 def main():
-    arguments = parse_arguments()
-    lines = [TITLES, ["---"] + ["---:"] * (len(TITLES) - 1)]
+    parser = parser_of(__doc__, "page")
+    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
+    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results, in a folder per value")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
+    arguments = parser.parse_args()
+    rows = []
     for site in arguments.sites:
         for value in VALUES:
             maps = arguments.maps / f"consistent_{value}"
             run_make(site, 0, maps, arguments.data, [f"point_cloud.min_consistent_frames={value}"], "map")
-            lines.append(row(maps / site / "point_cloud", site, value))
-    table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+            rows.append(row(maps / site / "point_cloud", site, value))
+    table = markdown(TITLES, rows)
     print(table, end="")
-    if arguments.page:
-        put_figure(arguments.page, "cloud_consistency", table)
+    put_into_page(arguments, "cloud_consistency", table)
 
 
 if __name__ == "__main__":

@@ -26,12 +26,6 @@ from nightmap_site.site import Site
 AROUND = [(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1)]
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("grids", nargs=2, type=Path, metavar="GRID", help="maps/<site>, or map.yaml in the frame of the building")
-    return parser.parse_args()
-
-
 def read_sampler(path):
     """The grid of a site or of a file, seen from the building's frame."""
     if path.is_file():
@@ -90,7 +84,9 @@ def table(figures):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("grids", nargs=2, type=Path, metavar="GRID", help="maps/<site>, or map.yaml in the frame of the building")
+    arguments = parser.parse_args()
     print(table(compare(*map(read_sampler, arguments.grids))))
 
 

@@ -10,11 +10,10 @@ Exit codes: 0 done; 1 a result is missing; 2 wrong command line. A run that fail
 value: a detector that cannot map a site is a result.
 """
 
-import argparse
 from pathlib import Path
 
+from command_line import markdown, parser_of, put_into_page
 from seeds import CHECKOUT, cell, run_make
-from nightmap_eval.figure_page import put_figure
 from nightmap_site.checked_reading import read_json
 from nightmap_site.script_errors import DataError, run_main
 
@@ -31,12 +30,11 @@ COLUMNS = (
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "page")
     parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds must be at least 1")
@@ -60,18 +58,15 @@ def collect(arguments, site, detector):
 def make_table(metrics_of):
     """metrics_of: (site, detector) -> metrics per seed."""
     titles = ("site", "detector", *(title for title, *_ in COLUMNS))
-    lines = ["| " + " | ".join(titles) + " |", "|---|---|" + "---:|" * len(COLUMNS)]
-    for key, metrics in metrics_of.items():
-        lines.append("| " + " | ".join([*key, *(cell(metrics, *column) for _, *column in COLUMNS)]) + " |")
-    return "\n".join(lines) + "\n"
+    rows = [[*key, *(cell(metrics, *column) for _, *column in COLUMNS)] for key, metrics in metrics_of.items()]
+    return markdown(titles, rows, 2)
 
 
 def main():
     arguments = parse_arguments()
     pairs = [(site, detector) for site in arguments.sites for detector in DETECTORS]
     table = make_table({pair: collect(arguments, *pair) for pair in pairs})
-    if arguments.page:
-        put_figure(arguments.page, "detectors", f"Medians over {arguments.seeds} seeds.\n\n{table}")
+    put_into_page(arguments, "detectors", f"Medians over {arguments.seeds} seeds.\n\n{table}")
     print(table, end="")
 
 

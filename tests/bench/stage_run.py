@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs one program on files of any folder, as the benchmarks of single programs do."""
 
-import subprocess
-
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import output_of  # first: it makes the packages of scripts/ importable
 from nightmap_site.checked_reading import read_text
 from nightmap_site.job_results import StageResult
-from nightmap_site.script_errors import DataError
+
+LOCALIZE_OUTPUTS = {"queries": "queries.csv", "trajectory": "queries.tum"}
+
+
+def localize_inputs(site_dir, data):
+    """Inputs of localize on the queries of a site with a map."""
+    calibrated = site_dir / "adjust/cameras.json"
+    return {"queries": site_dir / "queries/queries.csv", "cameras": site_dir / "queries/query_cameras.json", "data": data,
+            "configured": site_dir / "frames/cameras.json",
+            "calibrated": calibrated if calibrated.exists() else site_dir / "frames/cameras.json",
+            "landmarks": site_dir / "landmarks/landmarks.h5", "vocabulary": site_dir / "vocabulary/vocabulary.h5"}  # fmt: skip
 
 
 def changed_config(text, options):
@@ -31,6 +39,5 @@ class Programs:
             command += ["--in", f"{port}={path}"]
         for port, name in (outputs | {kind: f"{kind}.json" for kind in ("report", "receipt")}).items():
             command += ["--out", f"{port}={folder / name}"]
-        if subprocess.run([str(word) for word in command], check=False).returncode:
-            raise DataError(f"{program} failed on {folder}")
+        output_of(command)
         return StageResult(folder)

@@ -15,24 +15,13 @@ from pathlib import Path
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 import numpy as np
 from nightmap_eval.artifacts import read_hdf5
+from nightmap_eval.planar_poses import to_rows
 from nightmap_eval.trajectory import interpolated, read_tum
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.site import Site
 
 STILL_M, STILL_RAD = 1e-4, 1e-4  # of the wheels
 MAX_GAP_NS = 500_000_000
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("site_dirs", nargs="+", type=Path, help="maps/SITE of laser sites with wheels and truth")
-    return parser.parse_args()
-
-
-def planar(trajectory):
-    """x, y, heading (n, 3)."""
-    qz, qw = trajectory.quaternions[:, 2], trajectory.quaternions[:, 3]
-    return np.column_stack([trajectory.positions_m[:, :2], 2 * np.arctan2(qz, qw)])
 
 
 def steps(poses):
@@ -71,7 +60,7 @@ def figures_of(site_dir):
     wheels_at = np.searchsorted(np.ravel(times_ns), estimate.times_ns[rows])
     known = wheels_at < len(np.ravel(times_ns))
     known[known] &= np.ravel(times_ns)[wheels_at[known]] == estimate.times_ns[rows][known]
-    return noise(values[wheels_at[known]], planar(truth)[known], planar(estimate)[rows][known])
+    return noise(values[wheels_at[known]], to_rows(truth)[known], to_rows(estimate)[rows][known])
 
 
 def show(value):
@@ -79,7 +68,9 @@ def show(value):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("site_dirs", nargs="+", type=Path, help="maps/SITE of laser sites with wheels and truth")
+    arguments = parser.parse_args()
     print("| | motions at rest | truth (cm) | map (cm) | truth (deg) | map (deg) | wheels to truth (deg) | wheels to map (deg) "
           "| map to truth (deg) |\n|---|" + "---:|" * 8)  # fmt: skip
     for site_dir in arguments.site_dirs:

@@ -7,7 +7,6 @@ against the truth with the map aligned around each query (LOCAL of query_errors.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
-import argparse
 import json
 import math
 import os
@@ -15,7 +14,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from command_line import parser_of  # first: it makes the packages of scripts/ importable
 import numpy as np
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.located_queries import read_located
@@ -23,9 +22,8 @@ from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.trajectory import associate, read_tum
 from nightmap_site.script_errors import run_main
 from PIL import Image
-from stage_run import Programs
+from stage_run import LOCALIZE_OUTPUTS, Programs, localize_inputs
 
-OUTPUTS = {"queries": "queries.csv", "trajectory": "queries.tum"}
 COLUMNS = ("case", "queries", "located (%)", "recall (%)", "median error (cm)", "90 % below (cm)", "wrong (> 50 cm)",
            "error / sigma: median", "90 % below")  # fmt: skip
 EXIF, FOV, NOTHING = 0.05, 0.15, 0.35  # focal_sigma_ratio, the defaults of the queries stage
@@ -53,11 +51,8 @@ CASES = [Case("calibrated", None), Case("field of view right", FOV)] + [
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "data", "build", "threads")
     parser.add_argument("site", type=Path, help="folder of a site's results, MAPS/<site>")
-    parser.add_argument("--data", type=Path, required=True, help="folder of the recordings")
-    parser.add_argument("--build", type=Path, required=True, help="folder of the programs")
-    parser.add_argument("--threads", type=int, default=2, help="threads of the program")
     parser.add_argument("--max-cm", type=float, default=5, help="largest error of a recalled picture, cm")
     parser.add_argument("--max-deg", type=float, default=1, help="likewise of its rotation, degrees")
     parser.add_argument("--cases", nargs="+", type=int, default=range(len(CASES)), help="numbers of the cases, from 0")
@@ -104,12 +99,8 @@ def locate(arguments, case, folder):
     if case.kept < 1:
         crop_pictures([row["color_path"] for row in read_csv(site / "queries/queries.csv", ("color_path",))], data, folder / "data", case.kept)
         data = folder / "data"
-    calibrated = site / "adjust/cameras.json"
-    inputs = {"queries": site / "queries/queries.csv", "cameras": folder / "cameras.json", "data": data,
-              "configured": site / "frames/cameras.json", "landmarks": site / "landmarks/landmarks.h5",
-              "calibrated": calibrated if calibrated.exists() else site / "frames/cameras.json",
-              "vocabulary": site / "vocabulary/vocabulary.h5"}  # fmt: skip
-    Programs(arguments.build, arguments.threads).run("localize", inputs, OUTPUTS, folder / "located")
+    inputs = localize_inputs(site, data) | {"cameras": folder / "cameras.json"}
+    Programs(arguments.build, arguments.threads).run("localize", inputs, LOCALIZE_OUTPUTS, folder / "located")
     return folder / "located/queries.csv"
 
 

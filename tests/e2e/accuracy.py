@@ -6,14 +6,13 @@ import json
 import os
 import pathlib
 import re
-import subprocess
 import sys
 import unittest
 
 import numpy as np
 from PIL import Image
 
-from workspace import BUILD, REPOSITORY, environment
+from workspace import BUILD, REPOSITORY, said_by
 
 sys.path.append(str(REPOSITORY / "tests/bench"))
 from grid_holes import holes  # noqa: E402
@@ -23,12 +22,7 @@ FOLDER = BUILD / "accuracy"
 
 
 def make(site, data, *goals):
-    result = subprocess.run(
-        ["make", "--no-print-directory", f"SITE={site}", f"DATA={data}", f"MAPS={FOLDER}/maps",
-         f"BUILD={BUILD}", *goals],
-        cwd=REPOSITORY, env=environment(), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    if result.returncode != 0:
-        raise AssertionError(f"make {' '.join(goals)} SITE={site} failed:\n{result.stdout[-4000:]}")
+    said_by(["make", "--no-print-directory", f"SITE={site}", f"DATA={data}", f"MAPS={FOLDER}/maps", f"BUILD={BUILD}", *goals])
     return FOLDER / "maps" / site
 
 

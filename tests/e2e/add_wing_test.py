@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Adding a wing takes its own folders. A copy of the tree gets those of tests/e2e/census, a stage with its options, a job, a profile,
 sections of evaluation and report, and a page, and no other file changes. Then everything that goes through the stages knows it."""
@@ -7,9 +6,8 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-import unittest
 
-from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, write_small_site
+from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, said_by, write_small_site
 
 CENSUS = REPOSITORY / "tests/e2e/census"
 
@@ -67,10 +65,7 @@ class AddWingTest(SiteTest):
         config.write_text(f'profile = "census"\n{config.read_text()}')
         cls.work = Workspace(cls.folder)
         map_before(cls.folder)
-        result = cls.work.make("map", "evaluate", "report")
-        if result.returncode != 0:
-            raise AssertionError(f"the chain with one wing more failed:\n{result.stdout}")
-        cls.output = result.stdout
+        cls.output = cls.work.output("map", "evaluate", "report")
 
     def describe_pipeline(self, *arguments):
         command = ["/usr/bin/python3", "scripts/describe_pipeline.py", *arguments]
@@ -123,11 +118,4 @@ class AddWingTest(SiteTest):
 
     def test_a_test_of_all_programs_takes_it(self):
         test = ["-m", "unittest", "programs_test.ProgramsTest.test_default_config_is_what_the_program_prints"]
-        result = subprocess.run(["/usr/bin/python3", *test], cwd=self.folder / "tests/e2e", text=True,
-                                env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")},
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        said_by(["/usr/bin/python3", *test], self.folder / "tests/e2e", NIGHTMAP_BUILD=str(self.folder / "build"))

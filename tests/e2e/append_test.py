@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A map to which frames are appended ends in the bytes of a clean build, and reruns only what they reach: a real
 recording that goes on, and a made-up building in which a second recording sees rooms that the first did not."""
@@ -29,8 +28,7 @@ class AppendTest(SiteTest):
             if os.environ.get("CI") == "true":
                 self.fail(f"no recording {DATA / SITE}; set NIGHTMAP_DATA")
             self.skipTest(f"no recording {DATA / SITE}: set NIGHTMAP_DATA")
-        self.work = Workspace(tempfile.mkdtemp(prefix="nightmap-e2e-"))
-        self.addCleanup(self.work.remove)
+        self.work = Workspace(tempfile.mkdtemp(prefix="nightmap-e2e-")).removed_after(self)
         (self.work.folder / "data").mkdir()
         (self.work.folder / "data" / SITE).symlink_to(DATA / SITE)
         sites = self.work.folder / "configs/sites" / SITE
@@ -61,8 +59,7 @@ class SecondRecordingTest(unittest.TestCase):
                   "num_frames = {num_frames}\nrecording = {index}\nstart_ratio = {start_ratio}\n")  # fmt: skip
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         sites = self.work.folder / "configs/sites"
         values = (sites / BUILDING / "synthesize.toml").read_text().splitlines()
         pictures = "\n".join(line for line in values if line.partition("_")[0] in ("image", "focal") or "light" in line)
@@ -81,9 +78,7 @@ class SecondRecordingTest(unittest.TestCase):
 
     def map_of(self, num_recordings):
         self.site.write_text(self.text + "".join(recording(str(index), index) for index in range(num_recordings)))
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+        return self.work.output("map")
 
     def num_free_cells(self):
         return json.loads(self.work.path("grid/report.json").read_text())["num_free_cells"]
@@ -115,7 +110,3 @@ class SecondRecordingTest(unittest.TestCase):
             shutil.rmtree(self.work.folder / "maps")
             self.map_of(2)
             self.assertEqual(appended, self.work.hashes())
-
-
-if __name__ == "__main__":
-    unittest.main()

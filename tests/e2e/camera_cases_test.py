@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Recordings as people have them, made of the shared ones: each map is good, or its verdict says what is wrong and what to do."""
 import re
@@ -98,7 +97,3 @@ class CameraCasesTest(MadeCases):
                     self.assertLess(self.error_m(case), 1.15 * self.error_m(control))
         for case in ("portrait", "portrait_rfc"):
             self.check_is_upright(case)
-
-
-if __name__ == "__main__":
-    unittest.main()

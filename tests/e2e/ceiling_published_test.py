@@ -1,7 +1,5 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The published map of a ceiling is one word; see published_test.py."""
-import unittest
 
 import ceiling_test
 import published_test
@@ -29,7 +27,3 @@ class CeilingTest(published_test.Published):
 
     def test_2_values_are_the_published_ones_and_the_others_those_of_the_ceiling(self):
         self.check_values_and_state()
-
-
-if __name__ == "__main__":
-    unittest.main()

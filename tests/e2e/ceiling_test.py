@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A robot with an upward camera, mapped from what a user has: a video and a CSV of the odometry. The video is of a made-up office, whose
 truth is compared afterwards and is no input."""
 import json
 import shutil
 import sys
-import unittest
 
 import numpy as np
 from PIL import Image
@@ -157,7 +155,3 @@ class CeilingTest(SiteTest):
         self.assertIn('a laser scanner (profile "laser") or a depth camera (the default profile)', output)
         self.assertIn("; it has those of: check, map, evaluate, report", output)
         self.assertIn("has no job of `make evaluate-colmap`: it needs landmarks", self.make("evaluate-colmap", "SITE=lab", code=2))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on a small building: what is made, what is remade, and that bytes agree."""
 import json
 import os
-import unittest
 
 from browser import shown_text
 from nightly import some_of
@@ -53,9 +51,7 @@ class ChainTest(CopiedSiteTest):
     def test_artifacts_agree_with_their_receipts(self):
         self.assertIn("all as written", self.make("verify"))
         self.work.path("grid/map.yaml").write_text("image: other.pgm\n")
-        result = self.work.make("verify")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("map.yaml: altered", result.stdout)
+        self.assertIn("map.yaml: altered", self.work.output("verify", code=2))
 
     def test_moved_folders_are_still_up_to_date(self):
         (self.work.folder / "maps").rename(self.work.folder / "results")
@@ -192,10 +188,9 @@ class ChainTest(CopiedSiteTest):
         self.assertNotIn("The last run", self.work.path("report/index.html").read_text(encoding="utf-8"))
 
     def test_a_drive_that_does_not_arrive_commits_nothing(self):
-        result = self.work.make("drive", "SET=drive.max_duration_s=0.5")
-        self.assertEqual(result.returncode, 2, result.stdout)
-        self.assertIn("max_duration_s", result.stdout)
-        self.assertRegex(result.stdout, r"drive/drive\.csv\] Error 3")
+        said = self.work.output("drive", "SET=drive.max_duration_s=0.5", code=2)
+        self.assertIn("max_duration_s", said)
+        self.assertRegex(said, r"drive/drive\.csv\] Error 3")
         self.assertEqual(self.work.hashes(), self.hashes)
         self.assertEqual(self.work.make("-q", "drive", "SET=drive.max_duration_s=0.5").returncode, 1)
         self.assertEqual(self.work.make("-q", "drive").returncode, 0)  # of this config is what is there
@@ -209,25 +204,15 @@ class ChainTest(CopiedSiteTest):
                                   ("PROFILE=nowhere", "PROFILE: no profile 'nowhere' in configs; profiles: "),
                                   ("SEED=one", "whole number")]:
             with self.subTest(argument):
-                result = self.work.make("map", argument)
-                self.assertEqual(result.returncode, 2, result.stdout)
-                self.assertIn(message, result.stdout)
+                self.assertIn(message, self.work.output("map", argument, code=2))
         self.assertEqual(self.work.hashes(), self.hashes)
 
     def test_a_recording_that_is_not_there(self):
-        result = self.work.make("map", "SITE=hololens_office")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("datasets.md", result.stdout)
+        self.assertIn("datasets.md", self.work.output("map", "SITE=hololens_office", code=2))
 
     def test_a_site_without_queries_is_mapped_and_says_so(self):
         site = self.work.folder / f"configs/sites/{SITE}.toml"
         site.write_text(site.read_text().replace("hold_out_every = 7", "hold_out_every = 0"))
         self.make("map")
         self.assertEqual(self.work.make("-q", "map").returncode, 0)
-        result = self.work.make("localize")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("has no query pictures", result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.assertIn("has no query pictures", self.work.output("localize", code=2))

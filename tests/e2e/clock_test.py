@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Results with times in the future, as after a clock was set back: make notices them, keeps their order, and reruns what a
 change reaches."""
 import os
 import shutil
 import time
-import unittest
 
 from workspace import CopiedSiteTest
 
@@ -21,10 +19,8 @@ class ClockTest(CopiedSiteTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.base.make("map", "plan")  # which writes the list of floors for make
-        cls.changed = cls.base.copy()
-        cls.addClassCleanup(cls.changed.remove)
-        result = cls.changed.make("map", "plan", CHANGE)
-        assert result.returncode == 0, result.stdout
+        cls.changed = cls.base.copy().removed_after(cls)
+        cls.changed.output("map", "plan", CHANGE)
 
     def set_clock_back(self, *folders):
         """By a year, after everything below the folders was made."""
@@ -106,7 +102,3 @@ class ClockTest(CopiedSiteTest):
         self.assertLessEqual({"grid"}, self.ran())
         self.assertLessEqual(self.ran(), REACHED)
         self.assertEqual(self.work.hashes(), self.base.hashes())
-
-
-if __name__ == "__main__":
-    unittest.main()

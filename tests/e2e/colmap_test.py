@@ -1,29 +1,23 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A real COLMAP: it opens the exported map and agrees on its error, and the comparison runs with it."""
 import json
 import re
 import shutil
 import sqlite3
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-from workspace import RECORDING, SITE, Workspace
+from workspace import RECORDING, SITE, Workspace, said_by
 
 
 FEW = "frames.max_frames=20"  # COLMAP matches every pair: more would take minutes
 
 
 def colmap(*arguments):
-    result = subprocess.run(["colmap", *map(str, arguments)], text=True, stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT)
-    if result.returncode != 0:
-        raise AssertionError(f"colmap {arguments[0]} failed:\n{result.stdout[-3000:]}")
-    return result.stdout
+    return said_by(["colmap", *arguments])
 
 
 def numbers(path):
@@ -54,19 +48,13 @@ def reprojection_errors_px(folder):
 class ColmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made(RECORDING)
-        cls.addClassCleanup(cls.work.remove)
-        result = cls.work.make("evaluate-colmap", f"SET={FEW}")
-        if result.returncode != 0:
-            raise AssertionError(f"make evaluate-colmap failed:\n{result.stdout[-4000:]}")
-        cls.output = result.stdout
+        cls.work = Workspace.made(RECORDING).removed_after(cls)
+        cls.output = cls.work.output("evaluate-colmap", f"SET={FEW}")
         cls.report = json.loads(cls.work.path("landmarks/report.json").read_text())
         cls.results = json.loads(cls.work.path("evaluate_colmap/results.json").read_text())
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def copy_model(self, suffix):
         folder = self.folder / suffix
@@ -168,19 +156,13 @@ class ColmapTest(unittest.TestCase):
     def test_nothing_is_repeated_and_the_report_shows_it(self):
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 0)
         receipts = {path: path.stat().st_mtime_ns for path in self.work.path("evaluate_colmap").glob("*/receipt.json")}
-        result = self.work.make("report", f"SET={FEW}")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output("report", f"SET={FEW}")
         self.assertIn("Comparison with COLMAP", self.work.path("report/index.html").read_text())
         # A corrected truth is compared anew.
         truth = self.work.path("queries/query_ground_truth.tum")
         truth.write_text(truth.read_text() + "# corrected\n")
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 1)
         # A changed way of locating leaves COLMAP's work as it is.
-        result = self.work.make("evaluate-colmap", f"SET={FEW} localize.max_error_px=4.5")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        said = self.work.output("evaluate-colmap", f"SET={FEW} localize.max_error_px=4.5")
         self.assertEqual(receipts, {path: path.stat().st_mtime_ns for path in receipts})
-        self.assertIn(SITE, result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.assertIn(SITE, said)

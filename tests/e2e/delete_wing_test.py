@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Deleting a wing takes its own folders. A copy of the tree loses those of the wing `ceiling`, with what bears its name among tests,
 sites and profiles; all else still composes, builds and passes."""
@@ -11,7 +10,7 @@ import unittest
 
 from add_wing_test import copy_of_the_tree
 from nightly import IS_NIGHT
-from workspace import environment
+from workspace import said_by
 
 WING = "ceiling"
 FOLDERS = (f"pipeline/{WING}", f"stages/{WING}", f"configs/{WING}", f"scripts/nightmap_eval/{WING}", f"tests/{WING}", f"tests/stages/{WING}")
@@ -45,10 +44,7 @@ class DeleteWingTest(unittest.TestCase):
             subprocess.run(["git", *command], cwd=cls.folder, check=True)
 
     def run_in(self, folder, *command, **variables):
-        result = subprocess.run(command, cwd=self.folder / folder, env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")} | variables,
-                                text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout[-8000:])
-        return result.stdout
+        return said_by(command, self.folder / folder, **{"NIGHTMAP_BUILD": str(self.folder / "build")} | variables)
 
     def test_nothing_that_is_left_includes_or_imports_it(self):
         left = [path for path in self.folder.rglob("*") if path.suffix in (".cc", ".h", ".py") and path.name != pathlib.Path(__file__).name]
@@ -73,7 +69,3 @@ class DeleteWingTest(unittest.TestCase):
     @unittest.skipUnless(IS_NIGHT, "takes half an hour: set NIGHTMAP_NIGHTLY=1")
     def test_all_builds_and_passes(self):
         self.run_in("", "make", "test", NIGHTMAP_NIGHTLY="0")
-
-
-if __name__ == "__main__":
-    unittest.main()

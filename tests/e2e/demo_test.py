@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on the demo building, and its artifacts in the eyes of others."""
 import json
 import re
 import shutil
 import subprocess
-import unittest
 
 import h5py
 import numpy as np
@@ -103,7 +101,3 @@ class DemoTest(Bars):
         normals = np.column_stack([points["nx"], points["ny"], points["nz"]])
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-3)
         self.assertTrue(-0.2 < np.percentile(points["z"], 1) and np.percentile(points["z"], 99) < 2.8)
-
-
-if __name__ == "__main__":
-    unittest.main()

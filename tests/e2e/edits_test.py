@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Maps made again after edits equal maps made from nothing, byte for byte, in every profile; `make why` and `make -q` tell before
 what runs. Edits are of options, of the site's config, of recordings, of imported files, and of what make itself wrote."""
@@ -91,8 +90,7 @@ class Edits:
 class EditsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
         for _ in make_sites(cls.work):
             pass
 
@@ -152,7 +150,3 @@ class EditsTest(unittest.TestCase):
     def assert_same(self, found, expected, done):
         self.assertEqual(found.keys() ^ expected.keys(), set(), done)
         self.assertEqual([name for name in found if found[name] != expected[name]], [], done)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,10 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A detector, a layout of recordings and a kind of sensor take the edits that docs/extending.md says. A copy of the tree gets one of
 each; then frames lists a recording of that layout with that sensor, features finds that detector's keypoints, and the tests that
 hold the tables together pass. By day: the page names the files, and each place to edit is there once."""
 import dataclasses
 import json
-import os
 import shutil
-import subprocess
 import unittest
 
 import h5py
@@ -15,7 +12,7 @@ import numpy as np
 from add_wing_test import build_stage, copy_of_the_tree
 from nightly import nightly
 from PIL import Image
-from workspace import CAMERA, REPOSITORY, environment, read_pipeline, write_gray16
+from workspace import CAMERA, REPOSITORY, read_pipeline, said_by, write_gray16
 
 PAGE = "docs/extending.md"
 NUM_FRAMES = 4
@@ -164,11 +161,7 @@ class ExtendTest(unittest.TestCase):
 
     @classmethod
     def run_in_copy(cls, *command, cwd=".", **variables):
-        result = subprocess.run([*map(str, command)], cwd=cls.folder / cwd, env=environment() | variables, text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        if result.returncode != 0:
-            raise AssertionError(f"{command}: {result.stdout}")
-        return result.stdout
+        return said_by(command, cls.folder / cwd, **variables)
 
     @classmethod
     def run_script(cls, *arguments, **options):
@@ -205,7 +198,3 @@ class ExtendTest(unittest.TestCase):
 
     def test_the_tests_of_the_tables_know_the_rows(self):
         self.run_script("-m", "unittest", *ROWS_TESTS, cwd="tests/scripts")
-
-
-if __name__ == "__main__":
-    unittest.main()

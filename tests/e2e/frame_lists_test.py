@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Lists of frames in another form give the same bytes: times in another unit, and color with depth in associations.txt."""
 import unittest
@@ -13,8 +12,7 @@ START_S = 1305031102
 
 class FrameListsTest(unittest.TestCase):
     def setUp(self):
-        self.work = Workspace.made(RECORDING)
-        self.addCleanup(self.work.remove)
+        self.work = Workspace.made(RECORDING).removed_after(self)
         self.work.as_recorded()
         self.site = self.work.folder / f"configs/sites/{SITE}.toml"
         self.text = self.site.read_text()
@@ -28,8 +26,7 @@ class FrameListsTest(unittest.TestCase):
 
     def results(self, unit):
         self.site.write_text(self.text.replace("[[sequence]]", f'[[sequence]]\ntime_unit = "{unit}"'))
-        result = self.work.make(GOAL)
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output(GOAL)
         return {name: value for name, value in self.work.hashes().items() if name.startswith(("features/", "frames/"))}
 
     def test_ms_and_ns_give_the_bytes_of_seconds(self):
@@ -52,11 +49,6 @@ class FrameListsTest(unittest.TestCase):
 
     def test_a_unit_that_is_not_stated_is_named_with_the_line_to_write(self):
         self.write_lists(10**6)
-        result = self.work.make(GOAL)
-        self.assertEqual(result.returncode, 2, result.stdout)
-        self.assertRegex(result.stdout, r'rgb\.txt: its times cannot be in seconds, they look like us: write time_unit = "us" in the table '
+        said = self.work.output(GOAL, code=2)
+        self.assertRegex(said, r'rgb\.txt: its times cannot be in seconds, they look like us: write time_unit = "us" in the table '
                                         rf"at \S*{SITE}\.toml:\d+")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A disk that is full when make's own scripts write: one message that names the file and the remedy, no temporary left,
 and the next run with room ends in the bytes of an undisturbed one. (crash_test.py fills the disk of the programs.)"""
 import os
 import subprocess
-import unittest
 
 from nightly import some_of
-from stub_site import StubSite
-from workspace import SiteTest, environment
+from stub_site import StubTest
+from workspace import environment
 
 PAGE_BYTES = 4096
 DISK_BYTES = 4 << 20
@@ -16,11 +14,7 @@ FULL = "maps/demo.*: No space left on device: the disk is full: free space there
 MAX_FILE_KB = 100  # more than Python needs for its compiled modules
 
 
-class FullDiskTest(SiteTest):
-    def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
-
+class FullDiskTest(StubTest):
     def check_told(self, output, *remedies):
         self.assertNotIn("Traceback", output)
         self.assertNotIn("[Errno", output)
@@ -99,7 +93,3 @@ class FullDiskTest(SiteTest):
         program.unlink()
         self.site.add_program("grid")
         self.check_recovers(expected)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
 Results of the default profile stand for the other system."""
@@ -25,8 +24,7 @@ def shifted(poses):
 class ImportedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made(*GOALS)
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made(*GOALS).removed_after(cls)
         given = cls.work.data() / "other"
         given.mkdir()
         shutil.copy(cls.work.path("map_frame/trajectory.tum"), given / "poses.tum")
@@ -43,9 +41,7 @@ class ImportedTest(unittest.TestCase):
         return self.work.folder / "maps" / name
 
     def make(self, name, *goals, code=0):
-        result = self.work.make(*goals, f"SITE={name}")
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
+        return self.work.output(*goals, f"SITE={name}", code=code)
 
     def test_a_given_trajectory_carries_the_whole_map(self):
         maps = self.site("posed", f'trajectory = "{SITE}/other/poses.tum"')
@@ -104,8 +100,7 @@ class ImportedTest(unittest.TestCase):
         said = self.refused("third", lambda rows: rows[::3])
         self.assertIn("more are between poses over 0.1 s apart", said)
         remedy = said.split('SET="')[1].split('"')[0]
-        result = self.work.make("map", "SITE=third", f"SET={remedy}")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output("map", "SITE=third", f"SET={remedy}")
 
     def imports(self, name, imports):
         """Changes [import] of a site."""
@@ -211,7 +206,3 @@ class ImportedTest(unittest.TestCase):
         self.make("empty", "-q", "map", code=1)  # nothing given: the default pipeline
         self.site("lost", 'trajectory = "nowhere.tum"')
         self.assertIn("data/nowhere.tum does not exist", self.make("lost", "map", code=2))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Logs of laser scanners as people have them, made up: each map is right and good, or its verdict says what is wrong and what to do, or
 reading it ends with the reason. The verdict's proposals make the map good."""
@@ -131,7 +130,3 @@ class LaserCasesTest(MadeCases):
                 advice = self.advice(CASES[case], case)
                 self.write_keys(case, [found.rstrip(".") for found in re.findall(proposed, advice)])
                 self.check_is_right(case, max_ate_cm)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Logs of laser scanners as drivers write them: angles that the format fixes, scans of different numbers of beams, what stands for no
 hit, units and tables. A robot drives once through two rooms; each case writes the drive as another log, with a site config of few
@@ -6,7 +5,6 @@ lines. Its map is right, or reading it ends with the reason and what to write.""
 import json
 import math
 import re
-import unittest
 
 import h5py
 import numpy as np
@@ -123,8 +121,7 @@ class LaserLogsTest(SiteTest):
 
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
 
     def write(self, recording, log, sensor, signal='format = "text"', odometry=None, columns="time_s,x_m,y_m,heading_rad", more=""):
         site = "lab"
@@ -292,7 +289,3 @@ class LaserLogsTest(SiteTest):
             with self.subTest(key):
                 self.write(recording, recording.text(), FULL, more=f'[import]\n{key} = "lab/truth.tum"\n')
                 self.assertRegex(self.make("map", code=2), rf"lab\.toml: \[import\] {key}: .*{remedy}")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile laser: the map of the made-up building by its robot's scans against the exact one, and of real logs against poses
 that others corrected; what reruns after a change; logs that end in the middle."""
@@ -7,11 +6,10 @@ import json
 import os
 import pathlib
 import re
-import subprocess
 import unittest
 
 from nightly import nightly
-from workspace import BUILD, REPOSITORY, Workspace, environment
+from workspace import BUILD, REPOSITORY, Workspace, said_by
 from nightmap_site.pipeline import read_pipeline  # workspace finds the scripts
 
 DEMO = "demo_laser"
@@ -55,10 +53,7 @@ class LaserSite:
         self.data = self.work.folder / "data" / DEMO
 
     def make(self, *arguments, code=0):
-        result = self.work.make(f"SITE={DEMO}", *arguments)
-        if result.returncode != code:
-            raise AssertionError(f"make {' '.join(arguments)} gave {result.returncode}:\n{result.stdout[-4000:]}")
-        return result.stdout
+        return self.work.output(f"SITE={DEMO}", *arguments, code=code)
 
     def copy(self):
         """The same with a recording that synthesize does not make."""
@@ -209,9 +204,7 @@ class RealLogsTest(unittest.TestCase):
                 raise AssertionError(message)
             raise unittest.SkipTest(message)
         command = ["make", "--no-print-directory", f"SITE={name}", f"DATA={DATA}", f"MAPS={BUILD}/laser/maps", f"BUILD={BUILD}"]
-        result = subprocess.run([*command, "map", "evaluate", "report"], cwd=REPOSITORY, env=environment(), text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout[-4000:])
+        said_by([*command, "map", "evaluate", "report"])
         metrics = json.loads((BUILD / f"laser/maps/{name}/evaluate/metrics.json").read_text())
         loops, trajectory = (metrics["sections"]["grid"][name] for name in ("loops", "trajectory"))
         self.assertGreater(loops["num_accepted"], 100)
@@ -228,7 +221,3 @@ class RealLogsTest(unittest.TestCase):
     @nightly
     def test_freiburg_079(self):
         self.check("freiburg_079", "freiburg-079-corrected.log.gz")
-
-
-if __name__ == "__main__":
-    unittest.main()

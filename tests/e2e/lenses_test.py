@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A recording seen through a fisheye and through a lens of eight coefficients makes the map that the pinhole makes."""
 import json
 import pathlib
 import shutil
-import subprocess
 import tempfile
 import unittest
 
@@ -13,7 +11,7 @@ from PIL import Image
 
 from accuracy import DATA, metrics_of, real
 from nightly import IS_NIGHT
-from workspace import BUILD, REPOSITORY, environment
+from workspace import BUILD, said_by
 
 FRAMES = range(220, 373) if IS_NIGHT else range(220, 300)
 PINHOLE = {"width": 540, "height": 360, "fx": 495.5677570093, "fy": 495.4819626168, "cx": 269.5028971963, "cy": 169.1941121495}
@@ -97,10 +95,7 @@ class LensesTest(unittest.TestCase):
     def error_m(self, name):
         self.write(name)
         folders = (f"{key}={self.folder / key.lower()}" for key in ("SITES", "DATA", "MAPS"))
-        result = subprocess.run(["make", "--no-print-directory", f"SITE={name}", f"BUILD={BUILD}", *folders, "check", "map", "evaluate"],
-                                cwd=REPOSITORY, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                check=False)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout[-3000:])
+        said_by(["make", "--no-print-directory", f"SITE={name}", f"BUILD={BUILD}", *folders, "check", "map", "evaluate"])
         results = self.folder / "maps" / name
         verdict = json.loads((results / "verdict" / "verdict.json").read_text())
         self.assertEqual(verdict["verdict"], "good", verdict)
@@ -113,7 +108,3 @@ class LensesTest(unittest.TestCase):
             with self.subTest(name):
                 self.assertLess(self.error_m(name), 1.25 * pinhole_m)
                 self.assertIn(f"1 {model} 480 320", (self.folder / "maps" / name / "landmarks" / "colmap" / "cameras.txt").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Lists of shards, tiles and floors are data for Make: damaged ones are made anew, hostile ones run nothing,
 and results of shards that are no more disappear."""
@@ -202,7 +201,3 @@ class HostileFilesTest(unittest.TestCase):
         (self.folder / "configs/sites/$(touch pwned).toml").write_text("")
         self.assertEqual(self.make("help").returncode, 0)
         self.assertFalse((self.folder / "pwned").exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 from accuracy import DATA
-from workspace import BUILD, REPOSITORY, environment
+from workspace import BUILD, said_by
 
 
 class MadeCases(unittest.TestCase):
@@ -35,10 +35,7 @@ class MadeCases(unittest.TestCase):
         if not self.site(case).exists():
             self.write_case(case)
         folders = (f"{name}={self.folder / name.lower()}" for name in ("SITES", "DATA", "MAPS"))
-        result = subprocess.run(["make", "--no-print-directory", f"SITE={case}", f"BUILD={BUILD}", *folders, *goals], cwd=REPOSITORY,
-                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)  # fmt: skip
-        self.assertEqual(result.returncode, code, result.stdout[-3000:])
-        return result.stdout
+        return said_by(["make", "--no-print-directory", f"SITE={case}", f"BUILD={BUILD}", *folders, *goals], code=code)
 
     def made(self, case, *goals):
         """The checks of the verdict after these goals."""

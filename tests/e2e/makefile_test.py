@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The Makefile without any stage program."""
 import os
@@ -63,7 +62,3 @@ class BuildTest(unittest.TestCase):
                 _, errors = run.communicate()
                 self.assertEqual((run.returncode, errors), (0, ""))
             self.assertEqual((root / "calls").read_text().split(), ["cmake", "ninja"] * 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A camera that sees a part of its robot: make check says so and writes a mask, and a map with the mask is made without it."""
 import json
@@ -31,8 +30,7 @@ def add_plate(recording):
 
 class MaskTest(unittest.TestCase):
     def setUp(self):
-        self.work = Workspace.made(RECORDING)
-        self.addCleanup(self.work.remove)
+        self.work = Workspace.made(RECORDING).removed_after(self)
         self.mask = self.work.data() / "mask.png"
 
     def set_mask(self):
@@ -40,9 +38,7 @@ class MaskTest(unittest.TestCase):
         site.write_text(site.read_text().replace("[[camera]]", '[[camera]]\nmask = "mask.png"'))
 
     def made(self, *arguments):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+        return self.work.output(*arguments)
 
     def runs_of(self, name):
         cameras = json.loads(self.work.path(name).read_text())["cameras"]
@@ -79,14 +75,8 @@ class MaskTest(unittest.TestCase):
 
     def test_a_mask_that_is_none_stops_before_the_map(self):
         self.set_mask()
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("mask.png does not exist", result.stdout)
+        self.assertIn("mask.png does not exist", self.work.output("map", code=2))
         write_black(self.mask, 32, 24)
         result = self.work.make("map")
         self.assertIn("Error 1", result.stdout)
         self.assertRegex(result.stdout, r'small.toml:\d+: mask = "mask.png": .*mask.png: 32 x 24 pixels, its camera has 320 x 240')
-
-
-if __name__ == "__main__":
-    unittest.main()

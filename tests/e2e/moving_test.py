@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile moving on the small building: a board that is pasted into the recording and passes before the camera is masked
 and seen by no later job; the evaluation compares with its truth; the report shows the masks."""
@@ -24,8 +23,7 @@ class BoardTest(unittest.TestCase):
 
     @classmethod
     def record(cls):
-        cls.work = Workspace.made("map")
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made("map").removed_after(cls)
         cls.work.as_recorded()
         site = cls.work.folder / f"configs/sites/{SITE}.toml"
         text = site.read_text().replace("root =", 'profile = "moving"\nroot =', 1)
@@ -34,9 +32,7 @@ class BoardTest(unittest.TestCase):
 
     @classmethod
     def make(cls, *goals):
-        result = cls.work.make(*goals)
-        if result.returncode != 0:
-            raise AssertionError(result.stdout)
+        cls.work.output(*goals)
 
     @classmethod
     def paste_board(cls):
@@ -88,7 +84,3 @@ class MovingTest(BoardTest):
 
     def test_the_report_shows_the_masks(self):
         self.assertIn("What moves", self.work.path("report/index.html").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

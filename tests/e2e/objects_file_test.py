@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """objects.yaml as the page of a laser map writes and opens it: round trip, mistakes in a file, files of the site."""
 import os
 import re
 import subprocess
 import tomllib
-import unittest
 
 from objects_page import COLUMN, ObjectsPageCase, fake_site
 
@@ -24,7 +22,7 @@ class ObjectsFileTest(ObjectsPageCase):
         self.assertIn("2 objects", self.open_file(text))
         self.assertEqual(self.text(), text)
         self.assertRegex(text, r"x_m: -1\.\d{3}\n")
-        dropped = self.root / "dropped.yaml"
+        dropped = self.folder / "dropped.yaml"
         dropped.write_text(COLUMN)
         self.page.drop_file(self.at(0, 0), dropped)
         self.page.wait("document.querySelector('#objects .notice').textContent.includes('dropped.yaml: 1 ')")
@@ -99,33 +97,33 @@ class ObjectsFileTest(ObjectsPageCase):
             result = self.run_use_objects(config, text, path)
             self.assertNotEqual(result.returncode, 0)
             self.assertIn(said, result.stderr)
-            self.assertFalse((self.root / "own.yaml").exists())
+            self.assertFalse((self.folder / "own.yaml").exists())
         inline = 'profile = "laser"\nimport = { map = "map.yaml" }\n'
         self.assertIn("by hand", self.run_use_objects(inline, COLUMN, "~/Downloads/objects.yaml").stderr)
-        self.assertEqual((self.root / "sites/hall.toml").read_text(), inline)
+        self.assertEqual((self.folder / "sites/hall.toml").read_text(), inline)
 
     def use_objects(self, config, text, path):
         """The name that the site's config has after the command; the file of that name is the one that was drawn."""
         result = self.run_use_objects(config, text, path)
         self.assertEqual(result.returncode, 0, result.stderr)
-        before, after = tomllib.loads(config), tomllib.loads((self.root / "sites/hall.toml").read_text())
+        before, after = tomllib.loads(config), tomllib.loads((self.folder / "sites/hall.toml").read_text())
         name = after["import"]["objects"]
         self.assertEqual(after, before | {"import": before.get("import", {}) | {"objects": name}})
-        self.assertEqual((self.root / name).read_text(), text)
+        self.assertEqual((self.folder / name).read_text(), text)
         return name
 
     def run_use_objects(self, config, text, path):
-        site, home = self.root / "sites" / "hall.toml", self.root / "home"
+        site, home = self.folder / "sites" / "hall.toml", self.folder / "home"
         for folder in (site.parent, home / "Downloads"):
             folder.mkdir(parents=True, exist_ok=True)
         site.write_text(config)
         (home / "Downloads" / "objects.yaml").write_text(text)
         command = ["make", "-C", fake_site.CHECKOUT, "use-objects", "SITE=hall", f"OBJECTS={path}", f"SITES={site.parent}",
-                   f"DATA={self.root}"]  # fmt: skip
+                   f"DATA={self.folder}"]  # fmt: skip
         return subprocess.run(command, env=os.environ | {"HOME": str(home)}, capture_output=True, text=True, check=False)
 
     def test_objects_in_use_and_proposals_can_both_be_opened(self):
-        configs = self.root / "configs" / "scans" / "pipeline.toml"
+        configs = self.folder / "configs" / "scans" / "pipeline.toml"
         configs.write_text(configs.read_text() +
                            '[objects]\npurpose = "proposes"\nin.grid = "grid.yaml"\nout.objects = "objects.yaml"\n')
         (self.site_dir / "objects").mkdir()
@@ -135,7 +133,3 @@ class ObjectsFileTest(ObjectsPageCase):
         self.assertEqual(self.objects()[0]["name"], "column")
         self.page.click("#objects .files button:nth-child(2)")
         self.assertEqual(self.objects()[0]["name"], "proposed </script>")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,10 +4,7 @@ import json
 import math
 import pathlib
 import sys
-import tempfile
 import time
-import unittest
-from unittest import mock
 
 from driven_browser import CONTROL, DrivenPage
 
@@ -46,31 +43,22 @@ def objects_in(text):
     return objects
 
 
-class ObjectsPageCase(unittest.TestCase):
+class ObjectsPageCase(laser_site.LaserFolderTest):
     """A site with a room of 6 m x 4 m around the middle of the map, and the page of its report."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = pathlib.Path(folder.name)
-        self.site_dir = self.root / "maps" / "hall"
-        laser_site.write_configs(self.root / "configs")
+        super().setUp()
         laser_site.write_site(self.site_dir, truth=False)
         self.yaml = self.site_dir / "grid" / "map.yaml"
 
     def use(self, text):
         """Makes a file the objects in use."""
-        (self.root / "objects.yaml").write_text(text, encoding="utf-8")
-        copy = self.site_dir / "config" / "site" / "hall.toml"
-        copy.parent.mkdir(exist_ok=True)
-        copy.write_text('[import]\nobjects = "objects.yaml"\n')
+        self.write(self.folder / "objects.yaml", text)
+        self.write("config/site/hall.toml", '[import]\nobjects = "objects.yaml"\n')
 
     def open(self):
-        out = self.site_dir / "report" / "index.html"
-        with mock.patch("nightmap_site.site.CONFIGS", self.root / "configs"):
-            result = fake_site.run("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.page = DrivenPage(self, out)
+        self.report()
+        self.page = DrivenPage(self, self.site_dir / "report/index.html")
         # Opening draws all again, some time after the click: what is typed before that is lost.
         self.page.value("void (window.opened = new Promise((done) => document.querySelector('details:has(#objects)')"
                         ".addEventListener('toggle', done, {once: true})))")  # fmt: skip
@@ -126,7 +114,7 @@ class ObjectsPageCase(unittest.TestCase):
         self.page.key("z", CONTROL)
 
     def open_file(self, text, name="other.yaml"):
-        path = self.root / name
+        path = self.folder / name
         path.write_text(text, encoding="utf-8")
         self.page.choose_file("#objects input[type=file]", path)
         self.page.wait(f"document.querySelector('#objects .notice').textContent.includes({json.dumps(name)})")

@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Objects drawn on the page of a laser map: by mouse, keyboard and fields."""
 import math
 import re
-import unittest
 
 from driven_browser import SHIFT
 from objects_page import COLUMN, COLUMN_AS_WRITTEN, PLACE_M, ObjectsPageCase
@@ -183,7 +181,3 @@ class ObjectsPageTest(ObjectsPageCase):
         self.assertNotIn("", names)
         for name in ("Delete column", "Name", "Angle (deg)", "Undo", "Move the map", "Download objects.yaml"):
             self.assertIn(name, names)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Two jobs of one program with different options: a change of one job's option reruns that job alone."""
-import unittest
 
-from stub_site import SITE, StubSite
-from workspace import BUILD, SiteTest
+from stub_site import SITE, StubTest
+from workspace import BUILD
 
 PROFILE = """
 [ceiling_features]
@@ -21,12 +19,11 @@ CEILING = {f"ceiling_features_000{shard}" for shard in range(3)}
 NUM_FEATURES = "num_features"
 
 
-class OptionsTest(SiteTest):
+class OptionsTest(StubTest):
     given = ("PROFILE=both",)
 
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         self.configs = self.site.folder / "configs"
         (self.configs / "both/default").mkdir(parents=True)
         self.profile = self.configs / "both/pipeline.toml"
@@ -79,7 +76,3 @@ class OptionsTest(SiteTest):
         said = self.make("map", code=2)
         self.assertRegex(said, r"configs/both/pipeline.toml:5: \[ceiling_features\]: there is no configs/both/default/ceiling_features.toml: "
                                "copy the default options of features to it")  # fmt: skip
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Outputs in the wrong place cost nothing; those that nobody wants are left out; inputs that are no files."""
 import os
@@ -19,8 +18,7 @@ TIMEOUT_S = 60
 class OutputsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made(*GOALS)
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace.made(*GOALS).removed_after(cls)
 
     def setUp(self):
         subprocess.run(["rm", "-rf", self.work.folder / "o"], check=True)
@@ -126,7 +124,3 @@ class OutputsTest(unittest.TestCase):
     def test_a_part_of_a_colmap_model_is_a_mistake(self):
         self.check_refused(self.run_stage("landmarks", (*LANDMARKS, "images.bin=o/images.bin")),
                            "cameras.bin=PATH", "points3D.bin=PATH")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures as recorders write them: depth of floats, depth with its confidence, infrared of 10 bits. Each map is that of the usual kind."""
 import re
@@ -21,8 +20,7 @@ class KindOfPictureTest(unittest.TestCase):
         self.work = self.recording()
 
     def recording(self):
-        work = Workspace.made(RECORDING)
-        self.addCleanup(work.remove)
+        work = Workspace.made(RECORDING).removed_after(self)
         work.as_recorded()
         return work
 
@@ -33,9 +31,7 @@ class KindOfPictureTest(unittest.TestCase):
         self.assertNotEqual(site.read_text(), before)
 
     def made(self, work, *arguments):
-        result = work.make(*arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+        return work.output(*arguments)
 
 
 class FloatDepthTest(KindOfPictureTest):
@@ -49,8 +45,7 @@ class FloatDepthTest(KindOfPictureTest):
     def test_floats_in_metres_make_the_map_of_integers(self):
         self.edit(self.work, r"^depth_units_per_m = .*\n", "")
         self.made(self.work, "check", "map")
-        integers = Workspace.made("map")
-        self.addCleanup(integers.remove)
+        integers = Workspace.made("map").removed_after(self)
         ours, theirs = positions_m(self.work), positions_m(integers)
         np.testing.assert_array_equal(ours[:, 0], theirs[:, 0])
         self.assertLess(np.linalg.norm(ours[:, 1:] - theirs[:, 1:], axis=1).max(), 0.002)
@@ -102,7 +97,3 @@ class InfraredTest(KindOfPictureTest):
         self.edit(self.work, r"^\[\[camera\]\]", "[[camera]]\npicture_bits = 10")
         self.assertNotIn("dark frames", self.made(self.work, "check", f"maps/{SITE}/{features}"))
         self.assertEqual(self.work.hashes()[features], of_8_bits.hashes()[features])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,17 +1,14 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Plain pictures as queries: other sizes and lenses than the map's, from anywhere, straight to a path."""
-import csv
 import json
 import math
 import os
-import unittest
 
 import numpy as np
 from PIL import Image
 
 from opened_files import OpenedFiles
-from workspace import CAMERA, SITE, CopiedSiteTest, write_black
+from workspace import CAMERA, SITE, CopiedSiteTest, read_csv, write_black
 
 GOALS = ("map", "localize")
 WIDTH, HEIGHT = CAMERA["width"], CAMERA["height"]
@@ -20,11 +17,6 @@ EXIF_IFD, ORIENTATION, FOCAL_35MM = 0x8769, 0x0112, 0xA405
 # The middle of a picture: 284 of 320 columns have the field of view of a "32 mm" lens.
 MIDDLE, FOCAL_35MM_OF_MIDDLE = (18, 13.5, 302, 226.5), 32
 CSV_HEADER = "picture,width,height,fx,fy,cx,cy,k1,k2,p1,p2,k3\n"
-
-
-def read_csv(path):
-    with open(path, encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def position_m(row):
@@ -218,7 +210,3 @@ class PicturesTest(CopiedSiteTest):
                     self.assertEqual(self.located(name)["reason"], "unreadable_image")
                 if query != "photos/movie.mp4":
                     self.check_same_place(self.located("a.png"), self.best)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The rules of a site, with programs that are stubs: what runs, what `why` and -q say of it, a second make at the same
 time, what a failed run leaves."""
@@ -8,12 +7,11 @@ import shutil
 import signal
 import subprocess
 import time
-import unittest
 
 from browser import shown_text
 from nightly import IS_NIGHT, some_of
-from stub_site import SITE, StubSite
-from workspace import PIPELINE, SiteTest, environment
+from stub_site import SITE, StubSite, StubTest
+from workspace import PIPELINE, environment
 
 from nightmap_site.declaration import import_keys, profiles
 from nightmap_site.pipeline import closure
@@ -26,12 +24,6 @@ def jobs(names):
     """Names of jobs, of rules of which some are per shard or tile."""
     known = sorted(PIPELINE.jobs, key=len, reverse=True)
     return {next(job for job in known if name == job or name.startswith(f"{job}_")) for name in names}
-
-
-class StubTest(SiteTest):
-    def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
 
 
 class RulesTest(StubTest):
@@ -80,8 +72,7 @@ class RulesTest(StubTest):
             self.assertEqual([name for name in ran if name.startswith(f"{job}_")], [f"{job}_0003", f"{job}_0004"])
         self.assertIn("vocabulary", ran)
         self.assertFalse(any(name.startswith("point_cloud_") for name in ran))
-        clean = StubSite()
-        self.addCleanup(clean.remove)
+        clean = StubSite().removed_after(self)
         clean.make("map", num_shards=5)
         self.assertEqual(self.site.hashes(), clean.hashes())
 
@@ -281,7 +272,3 @@ class FailureTest(StubTest):
         self.assertIn("the last run, make map, was killed", status)
         self.assertIn("features_0000: did not come to its end", status)
         self.assertIn("features_0000", self.site.path("report/index.html").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

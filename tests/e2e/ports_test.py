@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Ports of programs, as they print them, against those that the jobs of every profile give them."""
 import collections
@@ -79,7 +78,3 @@ class PortsTest(unittest.TestCase):
         self.assertEqual(found(one, reference("a", units="all")), ["in.a takes one path"])
         self.assertEqual(found(one, reference("a", if_made=True)), ["in.a may be missing"])
         self.assertEqual(found(one, reference("a", by_hash=True)), ["in.a: by hash for the job or the program alone"])
-
-
-if __name__ == "__main__":
-    unittest.main()

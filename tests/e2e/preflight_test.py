@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The check before a run: a value out of range of each program, and each declared clash, stop with exit code 2 in little
 time, name the place, and change nothing. The programs are the real ones; none gets to run. (programs_test.py shows every
@@ -24,11 +23,8 @@ CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
 class PreflightTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.site = StubSite()
-        cls.addClassCleanup(cls.site.remove)
-        result = cls.site.make("map")
-        if result.returncode != 0:
-            raise AssertionError(result.stdout)
+        cls.site = StubSite().removed_after(cls)
+        cls.site.output("map")
         run = cls.site.folder / "build/run"
         for program in PIPELINE.programs():
             (run / program).unlink()
@@ -50,11 +46,10 @@ class PreflightTest(unittest.TestCase):
         return yardsticks
 
     def check_once(self, change, said):
-        result = self.site.make("map", f"SET={change}")
-        self.assertEqual(result.returncode, 2, result.stdout)
+        result = self.site.output("map", f"SET={change}", code=2)
         for text in said:
-            self.assertIn(text, result.stdout)
-        self.assertNotIn("== ", result.stdout)
+            self.assertIn(text, result)
+        self.assertNotIn("== ", result)
 
     def test_a_mistake_in_the_site_config(self):
         """The programs that read it check it before the run, and a new site gets no folder."""
@@ -70,17 +65,15 @@ class PreflightTest(unittest.TestCase):
                 path.write_text(wrong)
                 self.check("plan.start='1 2'", said)
                 (path.parent / "new.toml").write_text(wrong)
-                result = self.site.make("map", "SITE=new")
-                self.assertEqual(result.returncode, 2, result.stdout)
-                self.assertIn(said.replace("demo", "new"), result.stdout)
+                result = self.site.output("map", "SITE=new", code=2)
+                self.assertIn(said.replace("demo", "new"), result)
                 self.assertFalse((self.site.folder / "maps/new").exists())
         path.write_text(text)
         picture = self.site.folder / "a.jpg"
         picture.write_bytes(b"x")
         before = self.state()
-        result = self.site.make("map", "QUERY=a.jpg", "CAMERA=phone")
-        self.assertEqual(result.returncode, 2, result.stdout)
-        self.assertIn('QUERY of make: no [[camera]] has id "phone"', result.stdout)
+        said = self.site.output("map", "QUERY=a.jpg", "CAMERA=phone", code=2)
+        self.assertIn('QUERY of make: no [[camera]] has id "phone"', said)
         self.assertEqual(self.state(), before)
 
     def test_make_refuses_a_value_of_each_program(self):
@@ -112,7 +105,3 @@ class PreflightTest(unittest.TestCase):
                 said = (*[named] * bool(named), clash["remedy"])
                 self.assertLess(self.check(change, *said), MAX_YARDSTICKS)
                 self.check(change, *said)  # what was refused once is refused again
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A profile adds a job upstream of the pairs, units and a goal of its own, by its folder alone: everything that goes through the
 jobs knows them. The programs are stubs."""
 import os
 import shutil
 import subprocess
-import unittest
 
-from stub_site import SITE, StubSite
-from workspace import BUILD, PIPELINE, SiteTest
+from stub_site import SITE, StubTest
+from workspace import BUILD, PIPELINE
 
 PROFILE = """
 [goals]
@@ -56,10 +54,9 @@ for word; do case "$word" in receipt=*) touch "${word#*=}" ;; esac; done
 """
 
 
-class ProfileTest(SiteTest):
+class ProfileTest(StubTest):
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         configs = self.site.folder / "configs"
         (configs / "rooms/default").mkdir(parents=True)
         (configs / "rooms/pipeline.toml").write_text(PROFILE)
@@ -133,13 +130,8 @@ class ProfileTest(SiteTest):
     def test_rooms_that_are_no_more_leave_nothing(self):
         self.make("rooms")
         self.addCleanup(self.site.make, "clean")
-        result = self.site.make("rooms", "SET=rooms.size=2")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.site.output("rooms", "SET=rooms.size=2")
         os.environ["STUB_ROOM"] = "cellar"
         self.addCleanup(os.environ.pop, "STUB_ROOM")
         self.make("rooms", "SET=rooms.size=3")
         self.assertEqual(sorted(path.name for path in self.site.path("draw").glob("*.png")), ["room_cellar.png", "room_kitchen.png"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Every program's answers without inputs; configs/*/default are what the programs say."""
 import os
@@ -136,7 +135,3 @@ class ProgramsTest(unittest.TestCase):
                 self.assertEqual(run(stage, *arguments).returncode, 2, arguments)
 
         self.check_each(check)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,11 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Laser relocalization as published (CN110307838A), through make: objects that a site imports, and a rough position of each scan."""
-import csv
 import json
 import math
 import shutil
 import unittest
 
-from workspace import LASER_SITE, Workspace, write_laser_site
+from workspace import LASER_SITE, Workspace, read_csv, write_laser_site
 from nightmap_eval import planar_poses  # workspace finds the scripts
 from nightmap_eval.trajectory import read_tum
 
@@ -17,8 +15,7 @@ PUBLISHED = ("PROFILE=published_laser", "SET=hold_out_scans.rough_radius_m=3")
 class PublishedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
-        cls.addClassCleanup(cls.work.remove)
+        cls.work = Workspace().removed_after(cls)
         write_laser_site(cls.work.folder)
         cls.maps = cls.work.folder / "maps" / LASER_SITE
         cls.make("map", "report", *PUBLISHED)
@@ -31,17 +28,14 @@ class PublishedTest(unittest.TestCase):
 
     @classmethod
     def make(cls, *arguments):
-        result = cls.work.make(f"SITE={LASER_SITE}", *arguments)
-        if result.returncode:
-            raise AssertionError(result.stdout[-4000:])
+        cls.work.output(f"SITE={LASER_SITE}", *arguments)
 
     @classmethod
     def report(cls):
         return json.loads((cls.maps / "test_localize/report.json").read_text())
 
     def rows(self, name):
-        with open(self.maps / "test_localize" / name, encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return read_csv(self.maps / "test_localize" / name)
 
     def queries_at_the_true_place(self, rows):
         """Queries of which a row is as near to the true place as the filter asks for."""
@@ -86,7 +80,3 @@ class PublishedTest(unittest.TestCase):
         page = (self.maps / "report/index.html").read_text()
         for title in ("Objects of the map", "Poses at which an object is where the map has it", "Scans of which objects removed a place"):
             self.assertIn(title, page)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Each publication is one word: on small made-up sites, PROFILE=published_... gives a map, and located queries where the publication
 locates any, with the published values; nothing of it is left when the site goes back to its own profile."""
-import csv
 import json
 import tomllib
 import unittest
 
 import labels_test
-from workspace import LASER_SITE, RECORDING, REPOSITORY, SITE, Workspace, write_laser_site
+from workspace import LASER_SITE, RECORDING, REPOSITORY, SITE, Workspace, read_csv, write_laser_site
 
 CONFIGS = REPOSITORY / "configs"
 
@@ -21,10 +19,7 @@ class Published(unittest.TestCase):
 
     @classmethod
     def make(cls, *arguments, code=0):
-        result = cls.work.make(f"SITE={cls.site}", *arguments)
-        if result.returncode != code:
-            raise AssertionError(f"make {' '.join(arguments)} gave {result.returncode}:\n{result.stdout[-4000:]}")
-        return result.stdout
+        return cls.work.output(f"SITE={cls.site}", *arguments, code=code)
 
     @classmethod
     def map_as_published(cls):
@@ -34,8 +29,7 @@ class Published(unittest.TestCase):
         cls.metrics = json.loads((cls.maps / "evaluate/metrics.json").read_text())
 
     def queries(self):
-        with open(self.maps / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return read_csv(self.maps / "localize/queries.csv")
 
     def effective(self, options, key):
         return tomllib.loads((self.maps / f"config/{options}.toml").read_text())[key]
@@ -100,8 +94,7 @@ class LaserTest(Published):
     def test_1_a_scan_is_located_by_the_published_steps(self):
         self.assertEqual([row["status"] for row in self.queries()], ["located"])
         self.assertEqual(self.metrics["sections"]["test_localize"]["num_wrong"], 0)
-        with_default = self.work.copy()
-        self.addCleanup(with_default.remove)
+        with_default = self.work.copy().removed_after(self)
         with_default.make(f"SITE={self.site}", "localize", "QUERY=wake.log")
         candidates = "maps/" + self.site + "/localize/candidates.csv"
         self.assertNotEqual(*((work.folder / candidates).read_text() for work in (self.work, with_default)))
@@ -135,7 +128,3 @@ class PeopleTest(Published):
 
     def test_2_values_are_the_published_ones(self):
         self.check_values_and_state()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,12 +1,10 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on real recordings: maps without the frames that are located in them, and at night maps of all frames."""
-import csv
-import unittest
 
 from PIL import Image, ImageOps
 
 from accuracy import FOLDER, Bars, calibration_of, make, metrics_of, real
+from workspace import read_csv
 from nightly import nightly
 
 
@@ -32,13 +30,11 @@ class RealDataTest(Bars):
         site_dir = make("tum_fr1_xyz_15hz_queries", data, "map")
         folder = FOLDER / "mirrored"
         folder.mkdir(parents=True, exist_ok=True)
-        with open(site_dir / "frames/held_out.csv", newline="", encoding="utf-8") as file:
-            paths = [data / row["color_path"] for row in csv.DictReader(file)][16:32:2]
+        paths = [data / row["color_path"] for row in read_csv(site_dir / "frames/held_out.csv")][16:32:2]
         for path in paths:
             ImageOps.mirror(Image.open(path)).save(folder / path.name, quality=95)
         make("tum_fr1_xyz_15hz_queries", data, "localize", f"QUERY={folder}", "CAMERA=kinect")
-        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if "mirrored/" in row["color_path"]]
+        rows = [row for row in read_csv(site_dir / "localize/queries.csv") if "mirrored/" in row["color_path"]]
         self.assertEqual([(row["status"], row["reason"]) for row in rows], [("not_in_map", "mirrored")] * len(paths))
 
     @nightly
@@ -56,7 +52,3 @@ class RealDataTest(Bars):
         self.assertGreaterEqual(queries["local"]["recall_5cm_5deg_percent"], 97)
         self.assertGreaterEqual(queries["global"]["recall_5cm_5deg_percent"], 85)
         self.check_path_between_pictures(site_dir)
-
-
-if __name__ == "__main__":
-    unittest.main()

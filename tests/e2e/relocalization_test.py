@@ -1,13 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures that are easily taken for others: of rooms furnished alike, of corridors that look the same
 the other way round, and of a building that was never mapped."""
-import csv
 import json
 import os
 import unittest
 
-from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
+from rendered_sites import FOLDER, make_site, recording, synthesize, write_site
+from workspace import read_csv, said_by
 
 BUILDING = "num_identical_rooms = 3\nmirrored_corridors = true\n"
 NUM_QUERIES = int(os.environ.get("NIGHTMAP_NUM_QUERIES", "80"))  # of each kind; more take longer
@@ -23,11 +22,10 @@ class LookAlikesTest(unittest.TestCase):
             recording(".", 0), recording("queries", 0, "query"),
             recording("stranger/queries", 1, "query", has_truth=False)])
         site_dir = make_site("look_alikes", f"SITES={sites}", "localize")
-        run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
-             "--out", site_dir / "evaluate/metrics.json"])
+        said_by(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
+                 "--out", site_dir / "evaluate/metrics.json"])
         cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())["queries"]
-        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            cls.rows = list(csv.DictReader(file))
+        cls.rows = read_csv(site_dir / "localize/queries.csv")
 
     def test_a_located_picture_is_in_its_own_room(self):
         self.assertEqual(self.metrics["num_with_truth"], NUM_QUERIES)
@@ -52,7 +50,3 @@ class LookAlikesTest(unittest.TestCase):
         self.assertGreaterEqual(len(refused), 0.98 * NUM_QUERIES)
         for row in refused:
             self.assertIn(row["reason"], ("too_few_matches", "too_few_inliers", "uncertain_pose"))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,9 +2,8 @@
 """Made-up buildings in pictures of half the size, so that they are rendered in little time. Recordings
 and maps are kept in <build>/slam, so that a second run costs only what changed."""
 import re
-import subprocess
 
-from workspace import BUILD, REPOSITORY, environment
+from workspace import BUILD, REPOSITORY, said_by
 
 FOLDER = BUILD / "slam"
 HALF_SIZE = "image_width_px = 320\nimage_height_px = 240\nfocal_length_px = 262.5\n"
@@ -17,13 +16,6 @@ time_offset_s = {offset}
 """
 
 
-def run(command):
-    result = subprocess.run(list(map(str, command)), cwd=REPOSITORY, env=environment(), text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    if result.returncode != 0:
-        raise AssertionError(f"{' '.join(map(str, command))} failed:\n{result.stdout[-4000:]}")
-
-
 def synthesize(site, config):
     """Renders into data/<site>, unless this program has done so already."""
     folder, program = FOLDER / "data" / site, BUILD / "run/synthesize"
@@ -33,13 +25,12 @@ def synthesize(site, config):
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "config.toml"
     path.write_text(config + HALF_SIZE)
-    run([program, "--config", path, "--out", f"site={made}"])
+    said_by([program, "--config", path, "--out", f"site={made}"])
 
 
 def make_site(site, *arguments):
     """`make` of goals and variables, for a site of these; -> the folder of its results."""
-    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
-         f"BUILD={BUILD}", *arguments])
+    said_by(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps", f"BUILD={BUILD}", *arguments])
     return FOLDER / "maps" / site
 
 

@@ -1,14 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site of two cameras that record at once: frames are listed by time and camera with unique times and described, and a map is
 refused before anything runs."""
-import csv
 import unittest
 
 import h5py
 import matplotlib.image
 import numpy as np
-from workspace import SITE, Workspace
+from workspace import SITE, Workspace, read_csv
 
 FEATURES = f"maps/{SITE}/features/shard_0000.h5"
 CAMERA = """
@@ -35,8 +33,7 @@ NAMES, NUM_FRAMES = ("left", "right"), 4
 
 class RigTest(unittest.TestCase):
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         self.site = self.work.folder / f"configs/sites/{SITE}.toml"
         self.site.write_text(f'root = "{SITE}"\n' + "".join(table.format(name=name) for table in (CAMERA, SEQUENCE) for name in NAMES))
         random = np.random.default_rng(1)
@@ -49,29 +46,20 @@ class RigTest(unittest.TestCase):
             (folder / "rgb.txt").write_text("".join(f"{i}.5 {i}.png\n" for i in range(NUM_FRAMES)))
 
     def test_frames_and_features_are_made_and_a_map_is_refused_once(self):
-        result = self.work.make(FEATURES)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        with open(self.work.path("frames/shard_0000.csv"), newline="") as file:
-            rows = [(int(row["time_ns"]), row["camera_idx"], row["color_path"]) for row in csv.DictReader(file)]
+        self.work.output(FEATURES)
+        rows = [(int(row["time_ns"]), row["camera_idx"], row["color_path"]) for row in read_csv(self.work.path("frames/shard_0000.csv"))]
         self.assertEqual(rows, [(i * 10**9 + 5 * 10**8 + camera, str(camera), f"{SITE}/{name}/{i}.png")
                                 for i in range(NUM_FRAMES) for camera, name in enumerate(NAMES)])  # fmt: skip
         with h5py.File(self.work.folder / FEATURES) as file:
             self.assertEqual(list(file["frame_idx"]), list(range(2 * NUM_FRAMES)))
             self.assertTrue((np.diff(file["first_feature"]) > 0).all())
 
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 2, result.stdout)
+        result = self.work.output("map", code=2)
         for said in ("cameras of a rig record at once, which odometry, pose_graph cannot use", "no recording has depth"):
-            self.assertEqual(result.stdout.count(said), 1, result.stdout)
+            self.assertEqual(result.count(said), 1, result)
         lines = [i for i, line in enumerate(self.site.read_text().splitlines(), 1) if line == "[[sequence]]"]
-        self.assertIn(", ".join(f"configs/sites/{SITE}.toml:{i}" for i in lines), result.stdout)
-        self.assertNotIn("== ", result.stdout)
+        self.assertIn(", ".join(f"configs/sites/{SITE}.toml:{i}" for i in lines), result)
+        self.assertNotIn("== ", result)
 
         self.site.write_text(self.site.read_text().replace('rig = "head"\n', ""))
-        result = self.work.make(FEATURES)
-        self.assertEqual(result.returncode, 2, result.stdout)
-        self.assertIn("cameras that record at once need the same `rig`", result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.assertIn("cameras that record at once need the same `rig`", self.work.output(FEATURES, code=2))

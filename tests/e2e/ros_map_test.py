@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A ROS map alone, without a recording: paths are planned on it and laser scans located in it. Text and picture of the map are
 those that Python programs write."""
 import json
 import shutil
-import unittest
 
 import numpy as np
 import yaml
@@ -60,8 +58,7 @@ class RosMapTest(SiteTest):
     given = (f"SITE={SITE}",)
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         self.folder = self.work.folder / "data" / SITE
         self.folder.mkdir(parents=True)
         (self.work.folder / f"configs/sites/{SITE}.toml").write_text(CONFIG)
@@ -123,7 +120,3 @@ class RosMapTest(SiteTest):
         shutil.rmtree(self.maps)
         self.write("map.png", image="none.png")
         self.assertIn("office/none.png: no such image file", self.make("map", code=2))
-
-
-if __name__ == "__main__":
-    unittest.main()

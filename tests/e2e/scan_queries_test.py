@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """make localize on a site of laser scans, up to the list of the queries: what QUERY, NEAR, NEAR_RADIUS and TURN ask, and what reruns."""
 import json
@@ -98,7 +97,3 @@ class ScanQueriesTest(unittest.TestCase):
         config.write_text(text + '[[query]]\nscans = "robot.log"\nnear_radius_m = 3\n')
         line = text.count("\n") + 1
         self.assertIn(f"configs/sites/demo_laser.toml:{line}: 'near_radius_m' needs near_m", self.ask(code=2))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,11 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A site without a camera: a profile leaves out its jobs and brings one of its own, with a section of the page and figures of
 its own. Evaluation and report show these, and no section of what the site has not. The programs are stubs."""
 import json
 import re
-import unittest
 
-from stub_site import StubSite
-from workspace import PIPELINE, SiteTest
+from stub_site import StubTest
+from workspace import PIPELINE
 
 KEPT = ("synthesize", "frames", "evaluate", "report")
 PROFILE = """
@@ -32,10 +30,9 @@ def evaluate(site):
 """
 
 
-class ScansTest(SiteTest):
+class ScansTest(StubTest):
     def setUp(self):
-        self.work = self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        super().setUp()
         folder = self.site.folder
         (folder / "configs/scans/default").mkdir(parents=True)
         left_out = "".join(f"[{name}]\nleave_out = true\n" for name in PIPELINE.jobs if name not in KEPT)
@@ -72,7 +69,3 @@ class ScansTest(SiteTest):
         self.report.unlink()
         output = self.make("report", code=2)
         self.assertIn("stages/scan_map/report.py", output)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,8 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Sites of other sensors than a camera with depth, and recordings of which a query must not ask."""
 import json
 import re
 import time
-import unittest
 
 import h5py
 import matplotlib.image
@@ -41,8 +39,7 @@ class SignalsTest(SiteTest):
     given = ("SITE=lab",)
 
     def setUp(self):
-        self.work = Workspace()
-        self.addCleanup(self.work.remove)
+        self.work = Workspace().removed_after(self)
         (self.work.folder / "configs/sites/lab.toml").write_text(LASER_SITE)
         self.log = self.work.folder / "data/lab/log.txt"
         self.log.parent.mkdir(parents=True)
@@ -139,9 +136,8 @@ class AppliedSignalsTest(CopiedSiteTest):
             with self.subTest(reason):
                 samples = [f"{t + offset_s:.3f} {value} 0 0" for t in np.arange(min(times_s), max(times_s) + 20, 0.05)]
                 imu.write_text("\n".join(samples) + "\n")
-                result = self.work.make("map")
-                self.assertEqual(result.returncode, 2)
-                error = next(line for line in result.stdout.splitlines() if " error " in line)
+                said = self.work.output("map", code=2)
+                error = next(line for line in said.splitlines() if " error " in line)
                 self.assertIn(f"maps/{SITE}/frames/acceleration.h5: ", error)
                 self.assertIn(reason, error)
                 self.assertIn("[[signal]]", error)
@@ -193,7 +189,3 @@ class AppliedSignalsTest(CopiedSiteTest):
         self.assertIn(f"{num_files} files, {num_files} of them", log.read_text())
         self.make("map")
         self.assertEqual(self.work.hashes(), hashes)
-
-
-if __name__ == "__main__":
-    unittest.main()

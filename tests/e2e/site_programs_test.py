@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A run builds the programs that its site runs, and no others; the compiler is a stub."""
 import os
@@ -14,8 +13,7 @@ CAMERA = set(PIPELINE.programs())
 
 class SiteProgramsTest(unittest.TestCase):
     def setUp(self):
-        self.site = StubSite()
-        self.addCleanup(self.site.remove)
+        self.site = StubSite().removed_after(self)
         self.folder = self.site.folder
         shutil.rmtree(self.folder / "build")
         for program in CAMERA | LASER:
@@ -86,7 +84,3 @@ class SiteProgramsTest(unittest.TestCase):
         said, built = self.make("map", "SET=grid.no_such_key=1", code=2)
         self.assertIn("no_such_key", said)
         self.assertEqual(built, set())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
 building.
@@ -11,8 +10,8 @@ import unittest
 import numpy as np
 
 from nightly import nightly
-from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
-from workspace import BUILD, REPOSITORY
+from rendered_sites import FOLDER, make_site, recording, synthesize, write_site
+from workspace import BUILD, REPOSITORY, said_by
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
@@ -39,8 +38,8 @@ class MirrorTest(unittest.TestCase):
     def setUpClass(cls):
         site_dir = make_trajectory("mirror")
         cls.site_dir = site_dir
-        run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
-             "--out", site_dir / "evaluate/metrics.json"])
+        said_by(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
+                 "--out", site_dir / "evaluate/metrics.json"])
         cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())
 
     def test_no_false_loop_and_the_revisits_closed(self):
@@ -52,9 +51,9 @@ class MirrorTest(unittest.TestCase):
         self.assertEqual(len(report["parts"]), 1)
 
     def run_stage(self, stage, inputs, outputs):
-        run([BUILD / "run" / stage, "--config", self.site_dir / f"config/{stage}.toml",
-             *(word for path in inputs for word in ("--in", path)),
-             *(word for path in outputs for word in ("--out", path))])
+        said_by([BUILD / "run" / stage, "--config", self.site_dir / f"config/{stage}.toml",
+                 *(word for path in inputs for word in ("--in", path)),
+                 *(word for path in outputs for word in ("--out", path))])
 
     def test_a_third_of_the_loops_wrong(self):
         folder = FOLDER / "wrong_loops"
@@ -111,7 +110,3 @@ class TwoRecordingsTest(unittest.TestCase):
         by_first = first @ (middle - moves[0][1]) + moves[0][2]
         self.assertLessEqual(np.linalg.norm(by_first - second_middle), 0.03)
         self.assertLessEqual(angles_deg((first @ second.T)[None])[0], 0.5)
-
-
-if __name__ == "__main__":
-    unittest.main()

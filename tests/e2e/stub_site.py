@@ -9,13 +9,15 @@ import shutil
 import subprocess
 import tempfile
 
-from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
+from workspace import PIPELINE, REPOSITORY, Checkout, SiteTest, environment, read_pipeline
 
 SITE = "demo"
 STUB = REPOSITORY / "tests/e2e/stub_program.sh"
 
 
-class StubSite:
+class StubSite(Checkout):
+    site = SITE
+
     def __init__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
         for name in ("Makefile", "scripts"):
@@ -32,12 +34,6 @@ class StubSite:
 
     def add_program(self, program):
         (self.folder / "build/run" / program).symlink_to(STUB)
-
-    def remove(self):
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def command(self, *arguments):
-        return ["make", "--no-print-directory", f"SITE={SITE}", *arguments]
 
     def use_profile(self, profile, imported):
         """Gives the site the profile, files of these keys of [import], and the profile's programs; returns its pipeline."""
@@ -87,3 +83,10 @@ class StubSite:
         files = [path for folder in folders for path in folder.rglob("*")
                  if path.is_file() and not path.name.startswith("receipt")]
         return {str(path.relative_to(self.folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+class StubTest(SiteTest):
+    """Each test has a site of its own."""
+
+    def setUp(self):
+        self.work = self.site = StubSite().removed_after(self)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A short sweep of attacks on programs and scripts (tests/fuzz/sweep.py; `make test-nightly` runs 2,000)."""
 import os
@@ -20,7 +19,3 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(sum(codes.values()), NUM_RUNS)
         # Attacks that nothing notices would show nothing: most must be refused or told of.
         self.assertGreater(codes[1] + codes[2], NUM_RUNS / 3, codes)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
 import json
 import os
-import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
@@ -18,18 +16,15 @@ class TilesTest(SiteTest):
 
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made("map")
-        cls.addClassCleanup(cls.base.remove)
+        cls.base = Workspace.made("map").removed_after(cls)
         cls.whole = {name: digest for name, digest in cls.base.hashes().items()}
-        cls.tiled = cls.base.copy()
-        cls.addClassCleanup(cls.tiled.remove)
+        cls.tiled = cls.base.copy().removed_after(cls)
         result = cls.tiled.make("map", SMALL, "-j2")
         if result.returncode != 0:
             raise AssertionError(f"the chain in tiles failed:\n{result.stdout}")
 
     def setUp(self):
-        self.work = self.tiled.copy()
-        self.addCleanup(self.work.remove)
+        self.work = self.tiled.copy().removed_after(self)
 
     def tiles(self):
         header, *names = self.work.path("tiles/tiles.txt").read_text(encoding="utf-8").splitlines()
@@ -80,8 +75,7 @@ class TilesTest(SiteTest):
         self.assertEqual(self.work.hashes(), hashes)
 
     def test_back_to_one_tile_leaves_nothing_of_the_others(self):
-        result = self.work.make("map")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output("map")
         self.assertEqual(self.work.hashes(), self.whole)
         self.assertFalse(list(self.work.path("point_cloud").glob("receipt_1_*.json")))
         self.assertIn("all as written", self.work.make("verify").stdout)
@@ -176,12 +170,8 @@ class TilesTest(SiteTest):
         for value, remedy in (("point_cloud.max_depth_m=4.5", "tiles.max_range_m"),
                               ("octree.max_range_m=4.5", "tiles.max_range_m"),
                               ("point_cloud.surface_radius_m=0.3", "tiles.overlap_m")):
-            result = self.work.make("map", f"{SMALL} {value}")
-            self.assertEqual(result.returncode, 2)
-            self.assertIn(remedy, result.stdout)
-        result = self.work.make("map", "SET=tiles.edge_m=3")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("tiles.edge_m", result.stdout)
+            self.assertIn(remedy, self.work.output("map", f"{SMALL} {value}", code=2))
+        self.assertIn("tiles.edge_m", self.work.output("map", "SET=tiles.edge_m=3", code=2))
 
     def cloud_reports(self, work):
         tiles = [json.loads(path.read_text()) for path in sorted(work.path("point_cloud").glob("report_*.json"))]
@@ -201,17 +191,14 @@ class TilesTest(SiteTest):
 
     def test_consistency_is_an_option(self):
         def num_inconsistent(*setting):
-            result = self.work.make(f"maps/{SITE}/point_cloud/cloud.ply", " ".join((SMALL, *setting)))
-            self.assertEqual(result.returncode, 0, result.stdout)
+            self.work.output(f"maps/{SITE}/point_cloud/cloud.ply", " ".join((SMALL, *setting)))
             return sum(tile["num_inconsistent"] for tile in self.cloud_reports(self.work)[0])
 
         by_default = num_inconsistent()
         self.assertGreater(by_default, 0)
         self.assertEqual(num_inconsistent("point_cloud.min_consistent_frames=0"), 0)
         self.assertGreater(num_inconsistent("point_cloud.min_consistent_frames=2"), by_default)
-        result = self.work.make("map", SMALL + " point_cloud.min_consistent_frames=-1")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("min_consistent_frames", result.stdout)
+        self.assertIn("min_consistent_frames", self.work.output("map", SMALL + " point_cloud.min_consistent_frames=-1", code=2))
 
     def test_pcd_is_exported_when_asked_for(self):
         self.make(SMALL + " join_clouds.export_pcd=true")
@@ -226,10 +213,5 @@ class TilesTest(SiteTest):
         grid = self.work.path("grid/map.pgm")
         content = grid.read_bytes()
         grid.unlink()
-        result = self.work.make(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/adjust/graph.g2o", SMALL, "-j2")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.work.output(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/adjust/graph.g2o", SMALL, "-j2")
         self.assertEqual(grid.read_bytes(), content)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,9 +1,7 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on a building of two floors: a right grid of each, and a drive upstairs."""
 import json
 import re
-import unittest
 
 import numpy as np
 
@@ -47,7 +45,3 @@ class TwoFloorsTest(Bars):
         drive = json.loads((site_dir / "drive/report.json").read_text())
         self.assertEqual(drive["floor"], 1)
         self.assertLess(drive["position_error_m"], 0.05)
-
-
-if __name__ == "__main__":
-    unittest.main()

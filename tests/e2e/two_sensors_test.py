@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """One building, two sensors: the places of the demo's query pictures, asked for again by laser scans in the map of demo_laser.
 A picture and a scan that are located at one place must agree. Maps are kept in <build>/accuracy: after demo_test, this test takes
@@ -6,7 +5,6 @@ seconds.
 
 The scans are cast here, in the true boxes of the building, and share no code with the scanner of synthesize.
 """
-import csv
 import json
 import sys
 import unittest
@@ -14,7 +12,7 @@ import unittest
 import numpy as np
 
 import accuracy
-from workspace import REPOSITORY
+from workspace import REPOSITORY, read_csv
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import associate, planar_umeyama, read_tum, umeyama  # noqa: E402
@@ -85,8 +83,7 @@ class Located:
     """Results of localize, in the world, by row of queries.csv: place (m), heading (rad). `axis` of a frame points ahead."""
 
     def __init__(self, site_dir, truth, align, axis):
-        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
-            self.rows = list(csv.DictReader(file))
+        self.rows = read_csv(site_dir / "localize/queries.csv")
         self.located = [i for i, row in enumerate(self.rows) if row["status"] == "located"]
         move = world_from_map(read_tum(site_dir / "map_frame/trajectory.tum"), truth, align)
         poses = read_tum(site_dir / "localize/queries.tum")  # of the located, by time
@@ -148,7 +145,3 @@ class TwoSensorsTest(unittest.TestCase):
         for sensor in (self.pictures, self.scans):
             for i in sensor.located:
                 self.assertLess(np.linalg.norm(sensor.place_m[i] - self.truth.positions_m[i, :2]), 0.5, (i, sensor.rows[i]))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,11 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Wheels enter the real pose graph by the folder of a stage and the folder of a profile. A copy of the tree without them maps the
 small building by its camera alone; then it gets the two folders, and maps it by camera and wheels."""
 import json
 import shutil
 import sys
-import unittest
 
 import numpy as np
 from add_wing_test import build_stage, copy_of_the_tree, programs_but
@@ -108,7 +106,3 @@ class WheelsTest(SiteTest):
         self.assertEqual((wheels["sensor"], wheels["num_odometry"], wheels["num_refused"]), ("wheels", edges["num_edges"], 0))
         self.assertLess(wheels["median_normalized_residual"], 2.3)  # what exact covariances give; the default ones are cautious
         self.assertLessEqual(self.ate_m(), 1.1 * alone_m)
-
-
-if __name__ == "__main__":
-    unittest.main()

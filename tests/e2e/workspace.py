@@ -5,6 +5,7 @@ Sources, scripts and programs are links to the repository's, configs are a copy,
 are its own; so every path is relative and two workspaces must give the same bytes. The programs are
 those of NIGHTMAP_BUILD (default: build/), which must be up to date: run `make build` first.
 """
+import csv
 import fcntl
 import hashlib
 import json
@@ -54,7 +55,45 @@ num_queries = 1
 """
 
 
-class Workspace:
+def read_csv(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def said_by(command, folder=REPOSITORY, code=0, **variables):
+    """The output, errors included, of a command that must end with this code; raises AssertionError when it ends with another."""
+    command = [str(word) for word in command]
+    result = subprocess.run(command, cwd=folder, env=environment() | variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if result.returncode != code:
+        raise AssertionError(f"{' '.join(command)} ended with {result.returncode}:\n{result.stdout[-8000:]}")
+    return result.stdout
+
+
+class Checkout:
+    """A workspace or a site of stubs (stub_site.py): a `folder`, and make in it."""
+
+    def remove(self):
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def removed_after(self, test):
+        """Removes it after the test, or after all of a class; returns it."""
+        (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(self.remove)
+        return self
+
+    def command(self, *arguments):
+        return ["make", "--no-print-directory", f"SITE={self.site}", *arguments]
+
+    def output(self, *arguments, code=0, **more):
+        """The output of a make that must end with this code; raises AssertionError when it ends with another."""
+        result = self.make(*arguments, **more)
+        if result.returncode != code:
+            raise AssertionError(f"make {' '.join(map(str, arguments))} ended with {result.returncode}:\n{result.stdout}")
+        return result.stdout
+
+
+class Workspace(Checkout):
+    site = SITE
+
     def __init__(self, folder=None):
         self.folder = pathlib.Path(folder or tempfile.mkdtemp(prefix="nightmap-e2e-"))
         if (self.folder / "Makefile").exists():
@@ -82,9 +121,7 @@ class Workspace:
                     shared.mkdir()
                 else:
                     shutil.move(cls.made(*before).folder, shared)
-                result = cls(shared).make(*goals)
-                if result.returncode != 0:
-                    raise AssertionError(f"the chain failed:\n{result.stdout}")
+                cls(shared).output(*goals)
                 made_of.write_text(now)
             return cls(shared).copy()
 
@@ -98,12 +135,6 @@ class Workspace:
         folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
         shutil.copytree(self.folder, folder, symlinks=True, dirs_exist_ok=True)
         return Workspace(folder)
-
-    def remove(self):
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def command(self, *arguments):
-        return ["make", "--no-print-directory", f"SITE={SITE}", *arguments]
 
     def make(self, *arguments):
         """Runs make; `arguments` are goals, flags and VARIABLE=VALUE."""
@@ -217,9 +248,7 @@ class SiteTest(unittest.TestCase):
     given = ()
 
     def make(self, *arguments, code=0, **more):
-        result = self.work.make(*self.given, *arguments, **more)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
+        return self.work.output(*self.given, *arguments, code=code, **more)
 
 
 class CopiedSiteTest(SiteTest):
@@ -229,13 +258,11 @@ class CopiedSiteTest(SiteTest):
 
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made(*cls.made)
-        cls.addClassCleanup(cls.base.remove)
+        cls.base = Workspace.made(*cls.made).removed_after(cls)
         cls.hashes = cls.base.hashes()
 
     def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
+        self.work = self.base.copy().removed_after(self)
 
 
 def write_black(path, width, height):

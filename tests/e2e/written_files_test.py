@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Results that are not what their jobs wrote: the job that reads one ends and names it, and deleting it gives the map again. A
 result that is newer than its receipt looks like a commit that was killed, and is made again by itself."""
@@ -45,8 +44,7 @@ CASES = [
 class WrittenFilesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made("map")
-        cls.addClassCleanup(cls.base.remove)
+        cls.base = Workspace.made("map").removed_after(cls)
         write_laser_site(cls.base.folder)
         cls.check(cls.base.make(f"SITE={LASER_SITE}", "map"))
         cls.hashes = {site: cls.base.hashes(site) for site in (SITE, LASER_SITE)}
@@ -63,8 +61,7 @@ class WrittenFilesTest(unittest.TestCase):
                     self.try_case(site, name, change, remade, keeps_time)
 
     def try_case(self, site, name, change, remade, keeps_time):
-        work = self.base.copy()
-        self.addCleanup(work.remove)
+        work = self.base.copy().removed_after(self)
         path = work.folder / "maps" / site / name
         status = path.stat()
         change(path)
@@ -83,7 +80,3 @@ class WrittenFilesTest(unittest.TestCase):
             self.assertFalse(keeps_time, "a file that nobody wrote is taken")
         hashes = work.hashes(site)
         self.assertEqual({name: hashes.get(name) for name in self.hashes[site]}, self.hashes[site])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -46,7 +46,3 @@ class AblationTest(unittest.TestCase):
         site = mock.Mock()
         site.run.side_effect = [(figures(None, 4), 0.01)]
         self.assertEqual(ablation.row(site, "a", {}, 1)[4], "n/a")
-
-
-if __name__ == "__main__":
-    unittest.main()

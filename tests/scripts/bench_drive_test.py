@@ -3,14 +3,14 @@
 
 import argparse
 import json
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import fake_site
+from folder_case import FolderTest
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.planar_poses import wrapped_rad
 from nightmap_site.script_errors import DataError
 
 import bench_drive
@@ -43,21 +43,14 @@ def driven(v, omega):
 
 
 class ArcsTest(unittest.TestCase):
-    def test_angles_are_wrapped(self):
-        np.testing.assert_allclose(bench_drive.wrapped([0, 3.5, -3.5, 13]),
-                                   [0, 3.5 - 2 * np.pi, 2 * np.pi - 3.5, 13 - 4 * np.pi])  # fmt: skip
-
     def test_a_quarter_of_a_circle_and_a_line(self):
         quarter = bench_drive.on_arcs(1, 2, 0, 1, np.pi / 2, 1)
         np.testing.assert_allclose(quarter, [1 + 2 / np.pi, 2 + 2 / np.pi, np.pi / 2])
         np.testing.assert_allclose(bench_drive.on_arcs(1, 2, np.pi / 2, 3, 0, 2), [1, 8, np.pi / 2])
 
 
-class DriveTest(unittest.TestCase):
+class DriveTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.v, self.omega = commands()
         self.poses = driven(self.v, self.omega)
         self.path = self.poses[:, :2].copy()
@@ -67,7 +60,7 @@ class DriveTest(unittest.TestCase):
 
     def drive(self):
         times_ns = np.arange(len(self.v)) * round(PERIOD_S * 1e9)
-        rows = [f"{time},{x:.6f},{y:.6f},{bench_drive.wrapped(heading):.6f},{v:.6f},{omega:.6f}"
+        rows = [f"{time},{x:.6f},{y:.6f},{wrapped_rad(heading):.6f},{v:.6f},{omega:.6f}"
                 for time, (x, y, heading), v, omega in zip(times_ns, self.poses, self.v, self.omega)]  # fmt: skip
         header = "time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s"
         (self.folder / "drive.csv").write_text("\n".join([header, *rows]) + "\n")
@@ -126,15 +119,14 @@ class DriveTest(unittest.TestCase):
         self.assertEqual(self.wrong(), ["heading"])
 
 
-class ObstaclesTest(unittest.TestCase):
+class ObstaclesTest(FolderTest):
     def obstacles(self, unknown_is_obstacle):
         """(column, row) of the obstacles among 3 x 2 cells, the right ones of the upper row not free."""
         cells = np.array([[FREE, FREE, FREE], [FREE, OCCUPIED, UNKNOWN]])
         gray = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
         pixels = np.vectorize(gray.get)(cells).astype(np.uint8)
-        with tempfile.TemporaryDirectory() as folder:
-            fake_site.write_map(Path(folder), "map", pixels, (1.0, 2.0), 0.1)
-            grid = read_grid(Path(folder) / "map.yaml")
+        fake_site.write_map(self.folder, "map", pixels, (1.0, 2.0), 0.1)
+        grid = read_grid(self.folder / "map.yaml")
         centres_m = bench_drive.obstacle_centres_m(grid, unknown_is_obstacle, 0.1)
         return {tuple(cell) for cell in np.round((centres_m - [1.05, 2.05]) / 0.1).astype(int)}
 
@@ -163,7 +155,3 @@ class OptionsTest(unittest.TestCase):
         for text in ("max_v_m_s=1", "drive.max_v_m_s", "drive.max.v=1"):
             with self.assertRaises(DataError):
                 bench_drive.options_of(argparse.Namespace(set=[text]), "drive")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_laser.py: the repeated log is that of a robot that drives the same round again and again."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import h5py
 import numpy as np
 
-import fake_site  # noqa: F401  first: it makes the benchmarks importable
+
+from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
 
 import bench_laser
+from nightmap_eval.planar_poses import compose, inverse
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
@@ -40,14 +38,11 @@ def write_log(path, kind, times_ns, value, beams, ranges_m, num_sensors=1):
 
 def motions(poses):
     """From each pose to the next, seen from the former."""
-    return [bench_laser.compose(bench_laser.inverse(a), b[None])[0] for a, b in zip(poses, poses[1:])]
+    return compose(inverse(poses[:-1]), poses[1:])
 
 
-class RepeatTest(unittest.TestCase):
+class RepeatTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.frames = self.folder / "frames"
         self.frames.mkdir()
         self.value = np.tile([-1.5, 0.5, 30.0], (4, 1)) + np.arange(4)[:, None]
@@ -111,13 +106,3 @@ class RepeatTest(unittest.TestCase):
         write_log(self.frames / "scans.h5", "scan", SCANS_NS, self.value, BEAMS, RANGES_M, num_sensors=2)
         with self.assertRaisesRegex(DataError, "scans.h5: the log of one sensor is repeated, this file has 2"):
             self.repeat(5)
-
-    def test_a_pose_after_its_inverse_is_none(self):
-        pose = np.array([1.5, -2.0, 2.2])
-        for product in (bench_laser.compose(bench_laser.inverse(pose), pose[None]),
-                        bench_laser.compose(pose, bench_laser.inverse(pose)[None])):  # fmt: skip
-            np.testing.assert_allclose(product, np.zeros((1, 3)), atol=1e-12)
-
-
-if __name__ == "__main__":
-    unittest.main()

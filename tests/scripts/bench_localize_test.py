@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_localize.py: maps padded to a size are as real ones would be, and what is timed."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import h5py
 import numpy as np
 
 import fake_site
 import padded_map
+from folder_case import FolderTest
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
@@ -84,11 +81,9 @@ def brute_force_path(descriptor, nodes, centres):
     return path
 
 
-class PaddedMapTest(unittest.TestCase):
+class PaddedMapTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site = Path(folder.name) / "site"
+        self.site = self.folder / "site"
         write_site(self.site)
         self.real = padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
         self.rng = np.random.default_rng(1)
@@ -192,19 +187,15 @@ class PaddedMapTest(unittest.TestCase):
             padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
 
 
-class BenchLocalizeTest(unittest.TestCase):
+class BenchLocalizeTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         write_site(self.folder / "site")
         write_site(self.folder / "donor", seed=5)
-        (self.folder / "build" / "bin").mkdir(parents=True)
+        (self.folder / "build" / "run").mkdir(parents=True)
         self.program(LOCALIZE)
 
     def program(self, text):
-        path = self.folder / "build" / "bin" / "localize"
-        path.write_text(text)
+        path = self.write("build/run/localize", text)
         path.chmod(0o755)
 
     def run_bench(self, *arguments):
@@ -228,19 +219,12 @@ class BenchLocalizeTest(unittest.TestCase):
         self.assertEqual([row["moved"] for row in rows], ["0", "1"])  # by 80 mm
 
     def test_the_table_goes_into_the_page(self):
-        page = self.folder / "figures.md"
-        page.write_text("a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
         self.assertEqual(self.run_bench("--sizes", 40, "--repeats", 1, "--page", page).returncode, 0)
         self.assertIn("| 40 |", page.read_text())
         self.assertNotIn("old", page.read_text())
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no such camera\nexit 1\n")
-        result = self.run_bench("--sizes", 40)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("no such camera", result.stderr)
+        self.check_failed(self.run_bench("--sizes", 40), "no such camera")
         self.assertEqual(self.run_bench("--sizes", 0).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

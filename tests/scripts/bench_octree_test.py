@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_octree.py: who is compared with whom, and what is told of it."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import fake_site
+from folder_case import FolderTest
 
 # Stands for the program: OctoMap takes 100 ms, 50 discretized, ours 8 or 4 by the threads; the
 # first run of each is ten times slower. The reference must have been written.
@@ -31,16 +28,12 @@ print(json.dumps(result))
 """
 
 
-class BenchOctreeTest(unittest.TestCase):
+class BenchOctreeTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.program(PROGRAM)
 
     def program(self, text):
-        path = self.folder / "bench_octree"
-        path.write_text(text)
+        path = self.write("bench_octree", text)
         path.chmod(0o755)
 
     def run_bench(self, *arguments):
@@ -62,19 +55,12 @@ class BenchOctreeTest(unittest.TestCase):
         self.assertEqual({row["rays (%)"] for row in rows}, {"50.00"})
 
     def test_the_table_goes_into_the_page(self):
-        page = self.folder / "figures.md"
-        page.write_text("a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
         self.assertEqual(self.run_bench("--repeats", 1, "--page", page).returncode, 0)
         self.assertIn("| batched, 2 threads |", page.read_text())
         self.assertNotIn("old", page.read_text())
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no poses\nexit 1\n")
-        result = self.run_bench()
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("no poses", result.stderr)
+        self.check_failed(self.run_bench(), "no poses")
         self.assertEqual(self.run_bench("--repeats", 0).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

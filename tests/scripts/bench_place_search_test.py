@@ -1,23 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_place_search.py and made_up_floor.py: floors are of the area asked for and connected, scans end on their walls."""
 
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-import fake_site
+from folder_case import FolderTest  # first: it makes the benchmarks importable
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
-
-import bench_place_search as bench  # noqa: E402
-import made_up_floor as floor  # noqa: E402
-import mrpt_localization as mrpt  # noqa: E402
-from nightmap_eval.grid import FREE, OCCUPIED, Grid, read_grid  # noqa: E402
-from nightmap_eval.trajectory import read_tum  # noqa: E402
+import bench_place_search as bench
+import made_up_floor as floor
+import mrpt_localization as mrpt
+from nightmap_eval.grid import FREE, OCCUPIED, Grid, read_grid
+from nightmap_eval.trajectory import read_tum
 
 EXACT = floor.Laser(noise_m=0.0)
 
@@ -94,16 +89,15 @@ class ScanTest(unittest.TestCase):
         self.assertLess(poses[:, 1].max(), 5 - floor.ROBOT_M)
 
 
-class QuestionTest(unittest.TestCase):
+class QuestionTest(FolderTest):
     def test_files_say_what_was_drawn(self):
-        with tempfile.TemporaryDirectory() as folder:
-            folder = Path(folder) / "floor"
-            grid = bench.make_question(500, 3, 1, folder)
-            read = read_grid(folder / "map.yaml")
-            queries, truth = mrpt.read_queries(folder / "queries.h5"), read_tum(folder / "truth.tum")
-            with h5py.File(folder / "queries.h5") as file:
-                self.assertTrue(all(data.ndim == 2 for data in file.values()))
-                self.assertEqual(file.attrs["format"], b"nightmap scan queries")
+        folder = self.folder / "floor"
+        grid = bench.make_question(500, 3, 1, folder)
+        read = read_grid(folder / "map.yaml")
+        queries, truth = mrpt.read_queries(folder / "queries.h5"), read_tum(folder / "truth.tum")
+        with h5py.File(folder / "queries.h5") as file:
+            self.assertTrue(all(data.ndim == 2 for data in file.values()))
+            self.assertEqual(file.attrs["format"], b"nightmap scan queries")
         np.testing.assert_array_equal(read.cells, grid.cells)
         self.assertEqual([query.time_ns for query in queries], list(truth.times_ns))
         for query, x_y_m, heading_rad in zip(queries, truth.positions_m[:, :2], headings_rad(truth)):
@@ -123,7 +117,3 @@ class QuestionTest(unittest.TestCase):
 def headings_rad(truth):
     rotations = truth.rotations()
     return np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
-
-
-if __name__ == "__main__":
-    unittest.main()

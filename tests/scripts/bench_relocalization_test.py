@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_relocalization.py and stage_run.py: rows are medians, failures are infinite, and no pose is right in another building."""
 
-import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +9,7 @@ import fake_site
 import numpy as np
 
 import bench_relocalization as bench
+from folder_case import FolderTest
 from nightmap_site.script_errors import DataError
 from stage_run import Programs, changed_config
 
@@ -30,11 +30,9 @@ def write_truth(path, num):
     path.write_text("".join(f"{i + 1}.000000000 {i} 0 0 0 0 0 1\n" for i in range(num)))
 
 
-class FiguresTest(unittest.TestCase):
+class FiguresTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.queries, self.truth = Path(folder.name) / "queries.csv", Path(folder.name) / "truth.tum"
+        self.queries, self.truth = self.folder / "queries.csv", self.folder / "truth.tum"
 
     def run_figures(self, statuses, offset_m=0.0, truth=True):
         write_queries(self.queries, statuses, offset_m)
@@ -62,17 +60,15 @@ class FiguresTest(unittest.TestCase):
                 self.run_figures([], truth=truth)
 
 
-class FilterTest(unittest.TestCase):
+class FilterTest(FolderTest):
     def test_the_share_is_of_the_queries_near_objects(self):
         counts = {"num_queries_near_objects": 8, "num_queries_filtered_by_objects": 2}
         self.assertEqual(bench.filter_figures(counts), {"filtered_percent": 25})
         self.assertEqual(bench.filter_figures(dict.fromkeys(counts, 0)), {})
 
     def test_a_true_place_may_be_any_candidate(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "candidates.csv"
-            path.write_text("query_idx,rank,x_m,y_m\n0,0,5,0\n0,1,0.3,0\n0,2,0.2,0\n2,0,7,0\n")
-            found = bench.candidate_figures(path, np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]))
+        path = self.write("candidates.csv", "query_idx,rank,x_m,y_m\n0,0,5,0\n0,1,0.3,0\n0,2,0.2,0\n2,0,7,0\n")
+        found = bench.candidate_figures(path, np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]))
         self.assertEqual(found, {"has_true_place_percent": 25})
 
 
@@ -125,29 +121,22 @@ class TableTest(unittest.TestCase):
             self.assertEqual([bool(call[3]) for call in (*without, *with_objects)], 3 * [False] + 3 * [True])
 
 
-class ProgramsTest(unittest.TestCase):
+class ProgramsTest(FolderTest):
     def test_options_replace_values_of_the_config(self):
         self.assertEqual(changed_config("a = 1\nab = 2\n", {"a": 3, "c": 4.0}), "ab = 2\na = 3\nc = 4.0\n")
         self.assertEqual(changed_config("", {}), "")
 
     def test_a_program_that_fails_is_named(self):
-        with tempfile.TemporaryDirectory() as folder:
-            program = Path(folder) / "run/stage"
-            program.parent.mkdir()
-            program.write_text('#!/bin/sh\necho "$@" > "$(dirname "$0")/words"\nexit 1\n')
-            program.chmod(0o755)
-            with self.assertRaisesRegex(DataError, "stage failed on .*out"):
-                Programs(Path(folder), 2).run("stage", {"in": "x"}, {"csv": "y"}, Path(folder) / "out", seed=3)
-            words = (program.parent / "words").read_text()
-            self.assertIn("--threads 2", words)
-            self.assertIn("--in in=x", words)
-            self.assertIn(f"--out csv={folder}/out/y --out report={folder}/out/report.json", words)
-            self.assertEqual((Path(folder) / "out/config.toml").read_text(), "seed = 3\n")
+        program = self.write("run/stage", '#!/bin/sh\necho "$@" > "$(dirname "$0")/words"\nexit 1\n')
+        program.chmod(0o755)
+        with self.assertRaisesRegex(DataError, "run/stage .*/out/y(.|\n)*the run failed"):
+            Programs(self.folder, 2).run("stage", {"in": "x"}, {"csv": "y"}, self.folder / "out", seed=3)
+        words = (program.parent / "words").read_text()
+        self.assertIn("--threads 2", words)
+        self.assertIn("--in in=x", words)
+        self.assertIn(f"--out csv={self.folder}/out/y --out report={self.folder}/out/report.json", words)
+        self.assertEqual((self.folder / "out/config.toml").read_text(), "seed = 3\n")
 
     def test_numbers_of_seeds_must_be_positive(self):
         for option in ("--seeds", "--radius"):
             self.assertEqual(fake_site.run("bench_relocalization.py", "x", "--build", "y", option, "0").returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

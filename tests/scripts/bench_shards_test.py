@@ -40,7 +40,3 @@ class BenchShardsTest(unittest.TestCase):
         text = Path(page.name).read_text(encoding="utf-8")
         self.assertIn("| 1,000 | 1.00 (CPU 0.50) |", text)
         self.assertTrue(text.startswith("before") and text.endswith("after\n") and "old" not in text, text)
-
-
-if __name__ == "__main__":
-    unittest.main()

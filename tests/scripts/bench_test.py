@@ -3,12 +3,10 @@
 
 import argparse
 import json
-import tempfile
-import unittest
-from pathlib import Path
 from unittest import mock
 
 import fake_site  # first: it makes the scripts importable
+from folder_case import FolderTest
 
 import bench
 
@@ -35,13 +33,11 @@ class FakeMake:
         return (0.03 if maps == "yardstick" else 0.02) * count
 
 
-class BenchTest(unittest.TestCase):
+class BenchTest(FolderTest):
     def row(self, num_recorded):
         make = FakeMake(num_recorded)
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(
-            bench.Case, "make", lambda case, *rest: make(case, *rest)
-        ):
-            case = bench.Case("office", argparse.Namespace(build=Path(folder)))
+        with mock.patch.object(bench.Case, "make", lambda case, *rest: make(case, *rest)):
+            case = bench.Case("office", argparse.Namespace(build=self.folder))
             return dict(zip(("site", "frames", "total", "rate", "ms", "yardstick", "ratio"), case.row())), make.calls
 
     def test_every_frame_of_a_short_recording_is_described_for_the_yardstick(self):
@@ -52,7 +48,3 @@ class BenchTest(unittest.TestCase):
     def test_a_thousand_frames_stand_for_a_long_one(self):
         row, _ = self.row(8000)
         self.assertEqual((row["frames"], row["ms"], row["yardstick"]), ("8000", "20.0", "240.0"))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,23 +2,19 @@
 """bench_tiles.py: the repeated keyframes are those of a larger building."""
 
 import csv
-import tempfile
-import unittest
-from pathlib import Path
 
-import fake_site  # noqa: F401  first: it makes the benchmarks importable
+
+from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
 
 import bench_tiles
+
 
 HEADER = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"
 POSES = ((1.5, 0.0, 0.0), (2.0, 3.0, 1.0), (2.25, 1.0, 5.0))
 
 
-class RepeatTest(unittest.TestCase):
+class RepeatTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         for name in ("frames", "map_frame"):
             (self.folder / name).mkdir()
         rows = [f'{i},{round(1e9 * time_s)},0,0,"a,{i}.jpg",ab,d{i}.png,cd' for i, (time_s, _, _) in enumerate(POSES)]
@@ -50,7 +46,3 @@ class RepeatTest(unittest.TestCase):
         self.assertEqual([row["color_path"] for row in rows], [f"{idx // 3}/a,{idx % 3}.jpg" for idx in range(8)])
         self.assertEqual([row["depth_path"] for row in rows], [f"{idx // 3}/d{idx % 3}.png" for idx in range(8)])
         self.assertEqual((self.folder / "data" / rows[7]["color_path"]).read_text(), "picture 1")
-
-
-if __name__ == "__main__":
-    unittest.main()

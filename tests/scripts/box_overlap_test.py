@@ -18,33 +18,20 @@ class IouTest(unittest.TestCase):
         self.assertAlmostEqual(iou(a, b), expected, 12)
         self.assertAlmostEqual(iou(b, a), expected, 12)
 
-    def test_a_box_and_itself(self):
-        self.check(box((1, 2, 3), (1, 4, 2), 0.7), box((1, 2, 3), (1, 4, 2), 0.7), 1)
-
-    def test_the_same_box_turned_by_quarters(self):
-        self.check(box(size=(1, 3, 2)), box(size=(3, 1, 2), heading_rad=np.pi / 2), 1)
-        self.check(box(size=(1, 3, 2)), box(size=(1, 3, 2), heading_rad=np.pi), 1)
-
-    def test_boxes_apart_in_the_plane_or_in_height(self):
-        self.check(box(), box((2.01, 0, 0)), 0)
-        self.check(box(), box((0, 0, 2.01)), 0)
-        self.check(box(), box((2, 0, 0)), 0)
-        self.check(box(), box((2.5, 2.5, 0), heading_rad=np.pi / 4), 0)
-
-    def test_half_in_each_other(self):
-        self.check(box(), box((1, 0, 0)), 1 / 3)
-        self.check(box(), box((0, 0, 1)), 1 / 3)
-
-    def test_one_in_the_other(self):
-        self.check(box(size=(4, 4, 4)), box(size=(2, 2, 2), heading_rad=0.4), 1 / 8)
-
-    def test_a_square_turned_by_an_eighth(self):
-        """Both squares of side 2 share a regular octagon of that width."""
-        octagon = 2 * 4 * (np.sqrt(2) - 1)
-        self.check(box(), box(heading_rad=np.pi / 4), octagon / (8 - octagon))
-
-    def test_a_cross(self):
-        self.check(box(size=(4, 1, 1)), box(size=(4, 1, 1), heading_rad=np.pi / 2), 1 / 7)
+    def test_known_overlaps(self):
+        octagon = 2 * 4 * (np.sqrt(2) - 1)  # that two squares of side 2 share when one is turned by an eighth
+        lying, turned = box(size=(1, 3, 2)), box(size=(1, 3, 2), heading_rad=np.pi)
+        for name, a, b, expected in (
+            ("itself", box((1, 2, 3), (1, 4, 2), 0.7), box((1, 2, 3), (1, 4, 2), 0.7), 1),
+            ("turned by a quarter", lying, box(size=(3, 1, 2), heading_rad=np.pi / 2), 1), ("turned by two quarters", lying, turned, 1),
+            ("apart in the plane", box(), box((2.01, 0, 0)), 0), ("apart in height", box(), box((0, 0, 2.01)), 0),
+            ("touching", box(), box((2, 0, 0)), 0), ("apart and turned", box(), box((2.5, 2.5, 0), heading_rad=np.pi / 4), 0),
+            ("half in each other", box(), box((1, 0, 0)), 1 / 3), ("half above", box(), box((0, 0, 1)), 1 / 3),
+            ("one in the other", box(size=(4, 4, 4)), box(size=(2, 2, 2), heading_rad=0.4), 1 / 8),
+            ("turned by an eighth", box(), box(heading_rad=np.pi / 4), octagon / (8 - octagon)),
+            ("a cross", box(size=(4, 1, 1)), box(size=(4, 1, 1), heading_rad=np.pi / 2), 1 / 7)):  # fmt: skip
+            with self.subTest(name):
+                self.check(a, b, expected)
 
     def test_turning_and_moving_both_changes_nothing(self):
         random = np.random.default_rng(0)
@@ -60,7 +47,3 @@ class IouTest(unittest.TestCase):
         points = np.random.default_rng(1).uniform(-2, 2, (200000, 3))
         in_a, in_b = (np.all(np.abs(one.to_own_axes(points)) <= one.half_size_m, axis=1) for one in (a, b))
         self.assertAlmostEqual(iou(a, b), np.sum(in_a & in_b) / np.sum(in_a | in_b), 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

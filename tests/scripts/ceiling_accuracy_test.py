@@ -3,38 +3,23 @@
 
 import json
 import re
-import tempfile
-import unittest
-from pathlib import Path
 
 import numpy as np
 
 import ceiling_site
-import fake_site
 from fake_site import write_tum
+from folder_case import SiteFolderTest
 from nightmap_eval.planar_poses import to_trajectory
 
 
-class CeilingSiteTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.site_dir = self.root / "maps" / "hall"
-        self.estimate = ceiling_site.write_site(self.site_dir, self.root)
+class CeilingSiteTest(SiteFolderTest):
+    SITE = "hall"
 
-    def run_script(self, script, out):
-        return fake_site.run(script, "--site-dir", self.site_dir, "--data", self.root, "--out", self.site_dir / out)
+    def setUp(self):
+        self.estimate = ceiling_site.write_site(self.site_dir, self.folder)
 
     def figures(self, job="odometry"):
-        result = self.run_script("evaluate.py", "evaluate/metrics.json")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())["sections"][job]
-
-    def page(self):
-        result = self.run_script("report.py", "report/index.html")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return (self.site_dir / "report" / "index.html").read_text()
+        return self.metrics()["sections"][job]
 
     def write_map(self, **changes):
         ceiling_site.write_ceiling_map(self.site_dir, ceiling_site.map_arrays() | changes)
@@ -87,7 +72,7 @@ class CeilingSiteTest(unittest.TestCase):
         figures = self.figures()
         self.assertEqual((figures["trajectory"]["num_frames_with_truth"], figures["trajectory"]["num_missing"]), (60, 6))
         self.assertEqual(figures["coverage"]["frames_without_pose"], list(range(54, 60)))
-        self.assertIn("54 of 60 frames mapped", self.page())
+        self.assertIn("54 of 60 frames mapped", self.report())
 
     def test_the_wheels_alone_are_compared(self):
         drifting, worse = self.estimate.copy(), ceiling_site.drive()
@@ -107,11 +92,10 @@ class CeilingSiteTest(unittest.TestCase):
         wrong[1:, 0] += 1
         ceiling_site.write_wheels(self.site_dir, wrong, right)
         self.assertAlmostEqual(self.figures()["wheels"]["start"]["ate_max_m"], 1, places=6)
-        report = self.site_dir / "odometry" / "report.json"
-        report.write_text('{"odometry_sensor": "wheels_1"}')
+        report = self.write("odometry/report.json", '{"odometry_sensor": "wheels_1"}')
         self.assertLess(self.figures()["wheels"]["start"]["ate_max_m"], 1e-6)
         report.write_text('{"odometry_sensor": "legs"}')
-        self.assertIn("odometry.h5: damaged", self.run_script("evaluate.py", "x.json").stderr)
+        self.check_refused("evaluate.py", "odometry.h5: damaged")
 
     def test_a_landmark_2_cm_off_is_2_cm_off(self):
         points_m = ceiling_site.map_arrays()["landmark_position_m"]
@@ -148,7 +132,7 @@ class CeilingSiteTest(unittest.TestCase):
 
     def test_the_page_has_map_figures_and_errors(self):
         self.figures()
-        page = self.page()
+        page = self.report()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
         self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling",
                                   "Picture of the ceiling", "Stages", "Skipped items", "Configs"])  # fmt: skip
@@ -156,14 +140,14 @@ class CeilingSiteTest(unittest.TestCase):
         for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses",
                      "Landmarks against the exact ceiling"):  # fmt: skip
             self.assertIn(text, page)
-        self.assertEqual(self.page(), page)
+        self.assertEqual(self.report(), page)
 
     def test_without_truth_there_are_counts_and_a_note(self):
         (self.site_dir / "frames" / "robot_truth.tum").unlink()
         figures = self.figures()
         self.assertEqual(set(figures) & {"trajectory", "nees", "landmarks"}, set())
         self.assertEqual(set(figures["wheels"]), {"path_length_m"})
-        page = self.page()
+        page = self.report()
         self.assertIn("true way is not known", page)
         self.assertEqual(page.count("<img"), 2)
 
@@ -179,16 +163,16 @@ class CeilingSiteTest(unittest.TestCase):
         self.assertLess(self.figures()["trajectory"]["start"]["ate_max_m"], 1e-6)
 
     def test_the_mosaic_is_shown_with_its_figures(self):
-        self.assertIn("The mosaic stage did not run.", self.page())
+        self.assertIn("The mosaic stage did not run.", self.report())
         ceiling_site.write_mosaic(self.site_dir)
-        page = self.page()
+        page = self.report()
         self.assertEqual(page.count("<img"), 5)
         self.assertRegex(page, r"Ceiling seen \(m2\)</t[dh]><td[^>]*>23\.5")
 
     def test_a_map_that_was_not_adjusted_says_so(self):
         for name in ("trajectory.tum", "ceiling_map.h5", "report.json"):
             (self.site_dir / "adjust" / name).unlink()
-        self.assertIn("The adjust stage did not run.", self.page())
+        self.assertIn("The adjust stage did not run.", self.report())
 
     def test_without_wheels_loops_and_landmarks(self):
         (self.site_dir / "frames" / "odometry.h5").unlink()
@@ -197,26 +181,22 @@ class CeilingSiteTest(unittest.TestCase):
         figures = self.figures()
         self.assertNotIn("wheels", figures)
         self.assertEqual((figures["num_landmarks"], figures["landmarks"]["num_judged"]), (0, 0))
-        self.assertNotIn("wheels / estimate", self.page())
+        self.assertNotIn("wheels / estimate", self.report())
 
     def test_without_the_exact_ceiling_no_landmark_is_judged(self):
-        (self.root / "built" / "truth" / "ceiling.json").unlink()
+        (self.folder / "built" / "truth" / "ceiling.json").unlink()
         self.assertNotIn("landmarks", self.figures())
 
     def test_truth_of_another_clock_is_refused(self):
         write_tum(self.site_dir / "frames" / "robot_truth.tum", to_trajectory(ceiling_site.times_ns() + 10**15, ceiling_site.drive()))
-        result = self.run_script("evaluate.py", "x.json")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("check [robot_truth]", result.stderr)
+        self.check_refused("evaluate.py", r"check \[robot_truth\]")
 
     def test_a_damaged_map_is_named(self):
         nan = np.full((60, 3), np.nan)
         loop = np.array([[3, 0]])
         for changes in ({"loop_anchors": loop}, {"frame_pose": nan}, {"frame_nis": np.zeros(7)}, {"anchor_pose": np.zeros(6)}):
             self.write_map(**changes)
-            result = self.run_script("evaluate.py", "x.json")
-            self.assertEqual(result.returncode, 1)
-            self.assertRegex(result.stderr, r"ceiling_map\.h5: ")
+            self.check_refused("evaluate.py", r"ceiling_map\.h5: ")
 
     def test_damaged_figures_are_named(self):
         self.figures()
@@ -225,10 +205,4 @@ class CeilingSiteTest(unittest.TestCase):
         for change, name in (({"num_loops": "many"}, "num_loops"), ({"trajectory": {}}, "trajectory"), ({"coverage": {}}, "num_frames")):
             figures = whole["sections"]["odometry"] | change
             path.write_text(json.dumps(whole | {"sections": {"odometry": figures}}))
-            result = self.run_script("report.py", "x.html")
-            self.assertEqual(result.returncode, 1)
-            self.assertRegex(result.stderr, f"metrics.json: sections.*{name}")
-
-
-if __name__ == "__main__":
-    unittest.main()
+            self.check_refused("report.py", f"metrics.json: sections.*{name}")

@@ -2,19 +2,18 @@
 """Parts of the evaluation of a ceiling's map: chi-square bounds, planar poses, rays in the exact ceiling, NEES and NIS."""
 
 import json
-import tempfile
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 import ceiling_site
 from fake_site import rotation_about
+from folder_case import FolderTest
 from nightmap_eval.ceiling import chi_square
 from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
 from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
-from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory
+from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory, wrapped_rad
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.script_errors import DataError
 
@@ -35,23 +34,26 @@ class ChiSquareTest(unittest.TestCase):
         self.assertAlmostEqual(chi_square.distribution(2, 2), 1 - np.exp(-1))
 
 
-class ReadCameraTest(unittest.TestCase):
+class ReadCameraTest(FolderTest):
     def test_a_lens_of_another_model_is_refused(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "cameras.json"
-            site = SimpleNamespace(needed=lambda job, output: path)
-            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA}]}))
-            self.assertEqual(read_camera(site)["fx"], ceiling_site.CAMERA["fx"])
-            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA | {"lens": "fisheye"}}]}))
-            with self.assertRaisesRegex(DataError, "cameras.json: the truth of a ceiling is seen through OpenCV's five"):
-                read_camera(site)
+        path = self.folder / "cameras.json"
+        site = SimpleNamespace(needed=lambda job, output: path)
+        path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA}]}))
+        self.assertEqual(read_camera(site)["fx"], ceiling_site.CAMERA["fx"])
+        path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA | {"lens": "fisheye"}}]}))
+        with self.assertRaisesRegex(DataError, "cameras.json: the truth of a ceiling is seen through OpenCV's five"):
+            read_camera(site)
 
 
 class PlanarPosesTest(unittest.TestCase):
     def test_a_pose_and_its_inverse_are_nothing(self):
         rows = np.random.default_rng(1).normal(size=(20, 3))
-        np.testing.assert_allclose(compose(rows, inverse(rows)), 0, atol=1e-12)
+        for product in (compose(rows, inverse(rows)), compose(inverse(rows), rows)):
+            np.testing.assert_allclose(product, 0, atol=1e-12)
         np.testing.assert_allclose(to_rows(to_trajectory(np.arange(20), rows)), rows, atol=1e-12)
+
+    def test_angles_are_wrapped(self):
+        np.testing.assert_allclose(wrapped_rad([0, 3.5, -3.5, 13]), [0, 3.5 - 2 * np.pi, 2 * np.pi - 3.5, 13 - 4 * np.pi])
 
     def test_the_heading_of_a_tilted_pose_is_that_of_its_x_axis(self):
         tilted = rotation_about([0, 0, 1], 0.7) @ rotation_about([1, 0, 0], 0.1)
@@ -72,25 +74,17 @@ class RaysTest(unittest.TestCase):
     def ends(self, origins_m, directions):
         return self.ceiling.cast(np.array(origins_m, float), np.array(directions, float))
 
-    def test_a_ray_ends_at_the_ceiling_above(self):
-        np.testing.assert_allclose(self.ends([[1, 1, 0.35]], [[0, 0, 1]]), [[1, 1, 2.6]])
-        np.testing.assert_allclose(self.ends([[1, 1, 0.6]], [[0.5, -0.25, 1]]), [[2, 0.5, 2.6]])
-
-    def test_a_ray_through_the_doorway_passes_under_the_lintel(self):
-        # At x = 4.2 it is 1.95 m high: below the lintel's 2.1 m.
-        np.testing.assert_allclose(self.ends([[3, 0, 0.6]], [[0.8, 0.1, 0.9]]), [[3 + 2 * 0.8 / 0.9, 2 * 0.1 / 0.9, 2.6]])
-
-    def test_a_ray_above_the_doorway_ends_at_the_lintel(self):
-        np.testing.assert_allclose(self.ends([[3, 0, 0.5]], [[1, 0, 1.8]]), [[4, 0, 2.3]])
-        np.testing.assert_allclose(self.ends([[3.9, 0, 0.5]], [[0.2, 0, 1.6]]), [[4.1, 0, 2.1]])  # from below
-
-    def test_a_ray_beside_the_doorway_ends_at_the_wall(self):
-        np.testing.assert_allclose(self.ends([[3, 1, 0.5]], [[1, 0, 1]]), [[4, 1, 1.5]])
-        np.testing.assert_allclose(self.ends([[3, 0, 0.5]], [[0, -2, 1]]), [[3, -2, 1.5]])
-        np.testing.assert_allclose(self.ends([[3.5, 0, 0.5]], [[0.6, 0.6, 0.3]]), [[4, 0.5, 0.75]])  # the frame of the doorway ends it
-
-    def test_a_ray_back_leaves_the_second_room(self):
-        np.testing.assert_allclose(self.ends([[5, 0, 0.6]], [[-0.8, 0, 0.8]]), [[3, 0, 2.6]])
+    def test_a_ray_ends_at_what_is_in_its_way(self):
+        for name, origin_m, direction, end_m in (
+            ("the ceiling above", [1, 1, 0.35], [0, 0, 1], [1, 1, 2.6]), ("the ceiling aside", [1, 1, 0.6], [0.5, -0.25, 1], [2, 0.5, 2.6]),
+            # At x = 4.2 it is 1.95 m high: below the lintel's 2.1 m.
+            ("through the doorway", [3, 0, 0.6], [0.8, 0.1, 0.9], [3 + 2 * 0.8 / 0.9, 2 * 0.1 / 0.9, 2.6]),
+            ("the lintel", [3, 0, 0.5], [1, 0, 1.8], [4, 0, 2.3]), ("the lintel from below", [3.9, 0, 0.5], [0.2, 0, 1.6], [4.1, 0, 2.1]),
+            ("the wall beside the doorway", [3, 1, 0.5], [1, 0, 1], [4, 1, 1.5]), ("the wall aside", [3, 0, 0.5], [0, -2, 1], [3, -2, 1.5]),
+            ("the frame of the doorway", [3.5, 0, 0.5], [0.6, 0.6, 0.3], [4, 0.5, 0.75]),
+            ("back from the second room", [5, 0, 0.6], [-0.8, 0, 0.8], [3, 0, 2.6])):  # fmt: skip
+            with self.subTest(name):
+                np.testing.assert_allclose(self.ends([origin_m], [direction]), [end_m])
 
     def test_rays_down_or_from_outside_end_nowhere(self):
         self.assertTrue(np.isnan(self.ends([[1, 1, 0.5], [1, 1, 0.5], [9, 0, 0.5]], [[0, 0, -1], [1, 0, 0], [0, 0, 1]])).all())
@@ -152,7 +146,3 @@ class ConsistencyTest(unittest.TestCase):
         errors = errors_then(ceiling_map, to_trajectory(ceiling_site.times_ns(), ceiling_site.drive())).errors
         np.testing.assert_allclose(errors[7], [0.03, -0.04, 0.01], atol=1e-9)
         np.testing.assert_allclose(np.delete(errors, 7, axis=0), 0, atol=1e-9)
-
-
-if __name__ == "__main__":
-    unittest.main()

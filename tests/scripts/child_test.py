@@ -58,7 +58,3 @@ class ChildTest(unittest.TestCase):
                 process.send_signal(signal.SIGTERM)
             said, _ = process.communicate(timeout=60)
             self.assertEqual((said, process.returncode), (f"{SIGTERM_CODE}\n", 0))
-
-
-if __name__ == "__main__":
-    unittest.main()

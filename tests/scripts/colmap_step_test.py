@@ -5,14 +5,13 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
-import unittest
 from pathlib import Path
 from unittest import mock
 
 import fake_colmap
 import fake_site
+from folder_case import SiteFolderTest
 from nightmap_eval.colmap.colmap_files import read_cameras
 from nightmap_eval.colmap.colmap_run import Step
 
@@ -32,12 +31,8 @@ COMMANDS
 """
 
 
-class ColmapStepTest(unittest.TestCase):
+class ColmapStepTest(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.site_dir = self.root / "office"
         self.colmap = self.site_dir / "evaluate_colmap"
         fake_site.write_site(self.site_dir)
         camera = {"fx": 500, "fy": 501, "cx": 319.5, "cy": 239.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
@@ -52,15 +47,15 @@ class ColmapStepTest(unittest.TestCase):
 
     def stand_in(self, commands):
         """The PATH with a COLMAP that runs these commands."""
-        bin_dir = self.root / "bin"
+        bin_dir = self.folder / "bin"
         bin_dir.mkdir(exist_ok=True)
-        text = STAND_IN.replace("CALLS", str(self.root / "calls")).replace("COMMANDS", commands)
+        text = STAND_IN.replace("CALLS", str(self.folder / "calls")).replace("COMMANDS", commands)
         (bin_dir / "colmap").write_text(text)
         (bin_dir / "colmap").chmod(0o755)
         return f"{bin_dir}:{os.environ['PATH']}"
 
     def arguments(self, step):
-        return (step, "--site-dir", self.site_dir, "--data", self.root / "data", "--threads", "2")
+        return (step, "--site-dir", self.site_dir, "--data", self.folder / "data", "--threads", "2")
 
     def run_step(self, step, commands="exit 0", path=None):
         with mock.patch.dict(os.environ, {"PATH": path or self.stand_in(commands)}):
@@ -70,7 +65,7 @@ class ColmapStepTest(unittest.TestCase):
         return json.loads((self.colmap / step / "receipt.json").read_text())
 
     def calls(self):
-        return (self.root / "calls").read_text()
+        return (self.folder / "calls").read_text()
 
     def test_features_are_asked_with_known_intrinsics_on_the_cpu(self):
         self.assertEqual(self.run_step("features").returncode, 0)
@@ -138,7 +133,7 @@ class ColmapStepTest(unittest.TestCase):
             self.assertEqual(self.run_step(step).returncode, 0)
             receipt = self.receipt(step)
             self.assertEqual((receipt["failed"], receipt["skipped"]), (None, "queries are matched with all mapping frames"))
-        self.assertFalse((self.root / "calls").exists())
+        self.assertFalse((self.folder / "calls").exists())
 
     def test_each_run_of_the_mapper_has_a_seed_of_its_own(self):
         self.prepare("matches")
@@ -206,8 +201,8 @@ class ColmapStepTest(unittest.TestCase):
 
     def test_nightmaps_poses_come_with_the_focal_lengths_it_found(self):
         self.prepare("matches", "queries")
-        fake_colmap.write_model(self.root / "made", ["rgb/0.png"], fake_site.walk(1))
-        self.run_step("triangulate", f"cp {self.root}/made/* {self.colmap}/.writing.*/triangulate/models/0/")
+        fake_colmap.write_model(self.folder / "made", ["rgb/0.png"], fake_site.walk(1))
+        self.run_step("triangulate", f"cp {self.folder}/made/* {self.colmap}/.writing.*/triangulate/models/0/")
         self.assertIsNone(self.receipt("triangulate")["failed"])
         cameras = (self.colmap / "triangulate" / "posed" / "cameras.txt").read_text()
         self.assertEqual(cameras, "1 PINHOLE 640 480 490.0 491.0 320.0 240.0\n")
@@ -220,17 +215,17 @@ class ColmapStepTest(unittest.TestCase):
 
     def test_colmap_ends_with_the_step(self):
         self.prepare("matches")
-        environment = os.environ | {"PATH": self.stand_in(f"echo $$ > {self.root}/pid; echo up; exec sleep 600")}
+        environment = os.environ | {"PATH": self.stand_in(f"echo $$ > {self.folder}/pid; echo up; exec sleep 600")}
         command = [sys.executable, fake_site.SCRIPTS / "colmap_step.py", *self.arguments("mapper_1")]
         step = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-        while not (self.root / "pid").exists() or not (self.root / "pid").read_text():
+        while not (self.folder / "pid").exists() or not (self.folder / "pid").read_text():
             self.assertIsNone(step.poll())
             time.sleep(0.05)
         step.terminate()
         step.communicate()
         self.assertNotEqual(step.returncode, 0)
         with self.assertRaises(ProcessLookupError):
-            os.kill(int((self.root / "pid").read_text()), 0)
+            os.kill(int((self.folder / "pid").read_text()), 0)
         self.assertFalse((self.colmap / "mapper_1").exists())
 
     def test_killed_between_the_renames_the_next_run_has_the_old_step(self):
@@ -265,27 +260,15 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual([path.name for path in self.colmap.iterdir()], ["matches"])
 
     def test_without_colmap_it_says_what_to_do(self):
-        result = self.run_step("features", path="/nonexistent")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("make deps", result.stderr)
+        self.check_failed(self.run_step("features", path="/nonexistent"), "make deps")
 
     def test_a_query_that_is_mapped_is_refused_before_the_map_is_made(self):
-        path = self.site_dir / "queries" / "queries.csv"
-        path.write_text(path.read_text().replace("queries/1.png", "rgb/3.png"))
+        self.replace("queries/queries.csv", "queries/1.png", "rgb/3.png")
         self.prepare("matches")
         for step in ("features", "queries"):
-            result = self.run_step(step)
-            self.assertEqual(result.returncode, 1)
-            self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
-        self.assertFalse((self.root / "calls").exists())
+            self.check_failed(self.run_step(step), "rgb/3.png: this query is also a mapping frame")
+        self.assertFalse((self.folder / "calls").exists())
 
     def test_frames_of_a_video_are_refused(self):
-        path = self.site_dir / "frames" / "shard_0000.csv"
-        path.write_text(path.read_text().replace("rgb/0.png", "clip.avi#0"))
-        result = self.run_step("features")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("clip.avi#0", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.replace("frames/shard_0000.csv", "rgb/0.png", "clip.avi#0")
+        self.check_failed(self.run_step("features"), "clip.avi#0")

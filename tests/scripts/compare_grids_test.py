@@ -2,15 +2,14 @@
 """compare_grids.py: cells that two grids have in common, in whatever frames their maps are."""
 
 import json
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import fake_site
 from compare_grids import compare
 from fake_site import rotation_about
+from folder_case import FolderTest
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from nightmap_eval.trajectory import Similarity, quaternion
 from nightmap_eval.walls_and_doors import Sampler
@@ -76,15 +75,10 @@ class CompareTest(unittest.TestCase):
         self.assertEqual(figures["equal_percent"], 100)
 
 
-class CommandTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-
+class CommandTest(FolderTest):
     def write_site(self, name, yaw_rad, shift_m, laser):
         """A site whose map frame is the building's, turned and moved, as evaluate wrote it."""
-        site_dir = self.root / name
+        site_dir = self.folder / name
         rotation, translation = rotation_about([0, 0, 1], yaw_rad), np.array([*shift_m, 0.0])
         fake_site.write_map(site_dir / "grid", "map", fake_site.room_pixels())
         x, y, _ = rotation.T @ (np.array([-3, -2, 0]) - translation)
@@ -105,23 +99,17 @@ class CommandTest(unittest.TestCase):
 
     def test_a_camera_and_a_laser_and_the_plan(self):
         camera, laser = self.write_site("camera", 0.5, (1, -2), False), self.write_site("laser", -1.0, (4, 4), True)
-        fake_site.write_map(self.root, "plan", fake_site.room_pixels())
-        for pair in ((camera, laser), (laser, self.root / "plan.yaml"), (self.root / "plan.yaml", camera)):
+        fake_site.write_map(self.folder, "plan", fake_site.room_pixels())
+        for pair in ((camera, laser), (laser, self.folder / "plan.yaml"), (self.folder / "plan.yaml", camera)):
             result = fake_site.run("compare_grids.py", *pair)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("| all | 4800 | 100.00 | 100.00 |", result.stdout)
 
     def test_what_is_missing_is_named(self):
         site = self.write_site("site", 0.0, (0, 0), False)
-        result = fake_site.run("compare_grids.py", site, self.root / "none")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("none: no such folder or file", result.stderr)
+        self.check_failed(fake_site.run("compare_grids.py", site, self.folder / "none"), "none: no such folder or file")
         (site / "evaluate" / "metrics.json").unlink()
         self.assertIn("not aligned to a truth; run make evaluate", fake_site.run("compare_grids.py", site, site).stderr)
         (site / "grid" / "map.yaml").unlink()
         self.assertIn("no grid; run make map", fake_site.run("compare_grids.py", site, site).stderr)
         self.assertEqual(fake_site.run("compare_grids.py", site).returncode, 2)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,15 +4,13 @@
 import csv
 import json
 import shutil
-import tempfile
-import unittest
-from pathlib import Path
 
 import numpy as np
 
 import fake_colmap
 import fake_site
 from fake_site import moved, rotation_about, walk
+from folder_case import FolderTest, SiteFolderTest
 from nightmap_eval.colmap.colmap_files import read_model
 from nightmap_eval.colmap.colmap_methods import MAPPER_RUNS, RUNS
 from nightmap_eval.colmap.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
@@ -48,11 +46,9 @@ def scatter(poses):
     poses.positions_m = np.random.default_rng(1).permutation(poses.positions_m)
 
 
-class ModelsTest(unittest.TestCase):
+class ModelsTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.models, self.mapped = Path(folder.name) / "models", None
+        self.models, self.mapped = self.folder / "models", None
 
     def locate(self):
         return locate_by_models(
@@ -137,11 +133,8 @@ class ModelsTest(unittest.TestCase):
         self.assertFalse(figures["fits"])
 
 
-class EvaluateColmapTest(unittest.TestCase):
+class EvaluateColmapTest(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "office"
         self.colmap = self.site_dir / "evaluate_colmap"
         fake_site.write_site(self.site_dir)
         map_from_truth = (rotation_about([0, 0, 1], 0.5), np.array([1.0, -2.0, 0.0]))
@@ -342,20 +335,12 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertIn("changed after this comparison", comparison_section(Site(self.site_dir)))
 
     def test_a_query_that_is_mapped_is_refused(self):
-        path = self.site_dir / "localize" / "queries.csv"
-        path.write_text(path.read_text().replace("queries/3.png", "rgb/3.png"))
-        result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
+        self.replace("localize/queries.csv", "queries/3.png", "rgb/3.png")
+        self.check_failed(fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json"), "rgb/3.png: this query is also a mapping frame")
 
     def test_page_table(self):
-        page = self.site_dir / "figures.md"
-        page.write_text("a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
+        page = self.write("figures.md", "a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
         self.evaluate("--page", page)
         self.assertIn("| map (s) |", page.read_text())
         self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")
         self.assertNotIn("old", page.read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

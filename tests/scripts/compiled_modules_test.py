@@ -5,18 +5,17 @@ import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
+
+from folder_case import FolderTest
+
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
 HEADER_BYTES = 16
 IMPORT = "import sys; sys.path.insert(0, 'scripts'); import "
 
 
-class CompiledModulesTest(unittest.TestCase):
+class CompiledModulesTest(FolderTest):
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, self.folder)
         shutil.copytree(SCRIPTS, self.folder / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
 
     def run_python(self, code, limit="unlimited"):
@@ -46,7 +45,3 @@ class CompiledModulesTest(unittest.TestCase):
                     self.check_whole()
                     self.assertIn("rules_file", self.compiled())
                     self.assertEqual([path for path in self.folder.rglob("*.pyc.*")], [])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,13 +2,9 @@
 """A folder with configs, a site and its recording, where the modules that resolve configs work as make calls them."""
 
 import contextlib
-import tempfile
 import tomllib
-import unittest
-from pathlib import Path
 
-import fake_site  # noqa: F401  (it makes scripts/ importable)
-
+from folder_case import FolderTest
 from nightmap_make.config_values import ConfigError, plain_errors
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 
@@ -17,23 +13,16 @@ CONFIG = "maps/office/config"
 PREVIEW = "maps/office/.preview"
 
 
-class ConfigFolder(unittest.TestCase):
+class ConfigFolder(FolderTest):
     DEFAULTS = {"octree": 'resolution_m = 0.05\nnum_hits = 2\nmode = "ray"\n', "plan": 'seed = 7\nstart = ""\nfootprint_m = []\n'}
 
     def setUp(self):
-        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.enterContext(contextlib.chdir(self.folder))
         self.write("configs/coarse/octree.toml", "")
         for stage, text in self.DEFAULTS.items():
             self.write(f"configs/default/{stage}.toml", text)
         self.write("configs/sites/office.toml", SITE)
         self.write("data/office/rgb/1.png", "pixels")
-
-    def write(self, name, content):
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
 
     def resolve(self, **changes):
         """Writes the configs; returns the files whose times are those of recordings and pictures."""

@@ -3,7 +3,6 @@
 
 import os
 import subprocess
-import unittest
 
 from config_folder import CONFIG, PREVIEW, ConfigFolder
 from fake_site import SCRIPTS
@@ -108,7 +107,3 @@ class LayersTest(ConfigFolder):
         result = subprocess.run(["/usr/bin/python3", "-I", "-S", "-X", "importtime", "-c", program], capture_output=True, text=True)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertLess(result.stderr.count("import time:"), 150)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -87,7 +87,3 @@ class CppRulesTest(unittest.TestCase):
         names = {"stages/wide/tiles/cut.cc": 'throw DataError("cameras.json");\n', "stages/wide/tiles/write.cc": 'Write("a.csv");\n', "stages/wide/tiles/cut.h": ""}
         found = self.planted(names | {"stages/wide/tiles/tiles.h": '#include "stages/wide/tiles/cut.h"\nTiles RunTiles();\n'})
         self.assertEqual(found.runs_of_files(), ['stages/wide/tiles/cut.cc: "cameras.json"'])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,20 +4,16 @@
 import hashlib
 import json
 import math
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-import fake_site
+from folder_case import FolderTest
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "faults"))
-import measure_faults  # noqa: E402
-from damage import FAULTS, damage  # noqa: E402
-from recording import read_recording  # noqa: E402
+import measure_faults
+from damage import FAULTS, damage
+from recording import read_recording
 
 NUM_FRAMES = 60
 CONFIG = """root = "tiny"
@@ -59,11 +55,9 @@ def hashes(folder):
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-class DamageTest(unittest.TestCase):
+class DamageTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.data, self.out = Path(folder.name) / "data", Path(folder.name) / "out"
+        self.data, self.out = self.folder / "data", self.folder / "out"
         write_tiny(self.data)
         self.before = hashes(self.data)
 
@@ -172,7 +166,3 @@ class TableTest(unittest.TestCase):
         lines = measure_faults.random_markdown(rows).splitlines()
         self.assertEqual(lines[2:4], ["| below 1.5 | 1 | 0 | 0 | 0 |", "| 1.5 to 5 | 0 | 1 | 0 | 0 |"])
         self.assertTrue(lines[4].endswith(" | 0 | 0 | 2 | 1 |"), lines[4])
-
-
-if __name__ == "__main__":
-    unittest.main()

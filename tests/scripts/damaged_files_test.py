@@ -2,14 +2,12 @@
 """evaluate.py and report.py on site folders of which one file is damaged: each is named in one line."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
 
 import h5py
 import numpy as np
 
 import fake_site
+from folder_case import SiteFolderTest
 from nightmap_eval.colmap.colmap_run import read_receipt
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
@@ -18,21 +16,13 @@ from nightmap_site.script_errors import DataError
 JSON = (b"", b"{", b"[]", b"5", b"\xff\xfe", b"[" * 100000, b'{"a": Infinity}', b"9" * 5000)
 
 
-class DamagedFilesTest(unittest.TestCase):
+class DamagedFilesTest(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.site_dir = self.root / "maps" / "office"
         estimate = fake_site.write_site(self.site_dir)
         fake_site.write_queries(self.site_dir, estimate.select(range(3)), 2)
         fake_site.write_receipt(self.site_dir, "features", "receipt_0000.json")
         fake_site.write_map(self.site_dir / "grid", "map", fake_site.room_pixels())
         (self.site_dir / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,39,accepted,\n")
-
-    def run_script(self, script):
-        out = {"evaluate.py": "evaluate/metrics.json", "report.py": "report/index.html"}[script]
-        return fake_site.run(script, "--site-dir", self.site_dir, "--data", self.root, "--out", self.site_dir / out)
 
     def check(self, script, name, contents, *words):
         """With each content the script fails, and says of which file in one line."""
@@ -42,13 +32,10 @@ class DamagedFilesTest(unittest.TestCase):
         for content in contents:
             with self.subTest(name, content=content[:60]):
                 path.write_bytes(content if isinstance(content, bytes) else content.encode())
-                result = self.run_script(script)
-                self.assertEqual(result.returncode, 1, result.stderr)
-                self.assertRegex(result.stderr, f"^error: .*{name}[^\n]*\n$")
-                for word in words:
-                    self.assertIn(word, result.stderr)
+                for said in (f"^error: .*{name}[^\n]*\n$", *words):
+                    self.check_refused(script, said)
         path.unlink() if before is None else path.write_bytes(before)
-        self.assertEqual(self.run_script(script).returncode, 0)
+        self.written(script, "made")
 
     def test_trajectories_and_truth(self):
         pose = "1000000000 {} 0 0 0 0 0 1\n"
@@ -87,7 +74,7 @@ class DamagedFilesTest(unittest.TestCase):
         with sealed(path) as file:
             file.update({"frame_idx": [[1], [2]], "state": np.array([[0], [1]], np.uint8)})
         whole = path.read_bytes()
-        self.assertEqual(self.run_script("evaluate.py").returncode, 0)
+        self.metrics()
         for name, row in (("frame_idx", 1), ("state", 0)):
             with h5py.File(path, "r+") as file:
                 file[name][row] = 7
@@ -108,9 +95,7 @@ class DamagedFilesTest(unittest.TestCase):
     def test_metrics(self):
         truth = fake_site.walk().select(range(3))
         fake_site.write_tum(self.site_dir / "queries" / "query_ground_truth.tum", truth)
-        self.assertEqual(self.run_script("evaluate.py").returncode, 0)
-        path = self.site_dir / "evaluate" / "metrics.json"
-        whole = json.loads(path.read_text())
+        whole = self.metrics()
         damaged = [json.dumps(whole | {name: 5}) for name in ("coverage", "trajectory", "queries", "loops", "map")]
         for name in ("se3", "rpe_per_metre", "truth_from_map_m_q"):
             damaged.append(json.dumps(whole | {"trajectory": whole["trajectory"] | {name: {"num_pairs": 3}}}))
@@ -134,7 +119,3 @@ class DamagedFilesTest(unittest.TestCase):
     def test_configs_and_comparison(self):
         self.check("report.py", "config/grid.toml", [b"\xff"], "delete the file")
         self.check("report.py", "evaluate_colmap/results.json", [*JSON, b"{}", b'{"colmap": 5}'], "make evaluate-colmap")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -206,7 +206,3 @@ class DocsTest(unittest.TestCase):
                          and f"#include <{header}" in path.read_text(encoding="utf-8")}  # fmt: skip
                 self.assertEqual(claims[package].startswith("tests"), users == {"tests"}, users)
                 self.assertTrue(users)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,16 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of grids: a map of another system may be turned by the yaw of its origin."""
-import sys
 import unittest
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from nightmap_eval import drawing  # noqa: E402
-from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
+import fake_site  # noqa: F401  (it makes scripts/ importable)
+from nightmap_eval import drawing
+from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 
 class DrawGridTest(unittest.TestCase):
@@ -36,7 +32,3 @@ class DrawGridTest(unittest.TestCase):
                 for state, shade in ((FREE, 0xFF), (OCCUPIED, 0x20), (UNKNOWN, 0xC8)):
                     right = np.mean(np.abs(shades[cells == state].astype(int) - shade) < 4)
                     self.assertGreater(right, 0.95)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -14,7 +14,8 @@ import numpy as np
 
 CHECKOUT = Path(__file__).resolve().parent.parent.parent
 SCRIPTS = CHECKOUT / "scripts"
-for folder in (SCRIPTS, CHECKOUT / "tests" / "bench"):
+BENCH = CHECKOUT / "tests" / "bench"
+for folder in (SCRIPTS, BENCH, *(BENCH / name for name in ("faults", "laser", "people"))):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 

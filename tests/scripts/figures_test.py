@@ -3,13 +3,12 @@
 
 import re
 import shlex
-import tempfile
-import unittest
 from pathlib import Path
 from unittest import mock
 
 import fake_site
 import figures
+from folder_case import FolderTest
 from nightmap_eval import figure_page
 from nightmap_site.script_errors import DataError
 
@@ -17,11 +16,9 @@ PAGE = "a\n<!-- accuracy:begin -->\nold\n<!-- accuracy:end -->\nb\n"
 FOLDERS = {key: Path("folder") for key in ("data", "maps", "build", "page")} | {"threads": 2}
 
 
-class PageTest(unittest.TestCase):
+class PageTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.page = Path(folder.name) / "figures.md"
+        self.page = self.folder / "figures.md"
 
     def test_replaces_between_markers_and_says_which_programs(self):
         self.page.write_text(PAGE)
@@ -44,7 +41,7 @@ class PageTest(unittest.TestCase):
             self.assertIn("unknown", figure_page.program_version())
 
 
-class CommandTest(unittest.TestCase):
+class CommandTest(FolderTest):
     def test_commands_name_scripts_and_sites_that_exist(self):
         for commands in (figures.FIGURES | figures.LONG).values():
             for command in commands:
@@ -62,26 +59,16 @@ class CommandTest(unittest.TestCase):
             self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
 
     def test_a_failed_table_keeps_its_rows_and_the_others_are_made(self):
-        with tempfile.TemporaryDirectory() as folder:
-            page = Path(folder) / "figures.md"
-            page.write_text(PAGE)
-            tables = {"accuracy": ("false",), "other": ("true",)}
-            with mock.patch.dict(figures.FIGURES, tables, clear=True):
-                failed = fake_site.run("figures.py", "--data", folder, "--page", page)
-                self.assertEqual(failed.returncode, 1)
-                self.assertIn("not measured: accuracy", failed.stderr)
-                self.assertEqual(fake_site.run("figures.py", "other", "--data", folder, "--page", page).returncode, 0)
-                self.assertEqual(fake_site.run("figures.py", "third", "--data", folder).returncode, 2)
-            self.assertEqual(page.read_text(), PAGE)
+        page = self.write("figures.md", PAGE)
+        tables = {"accuracy": ("false",), "other": ("true",)}
+        with mock.patch.dict(figures.FIGURES, tables, clear=True):
+            self.check_failed(fake_site.run("figures.py", "--data", self.folder, "--page", page), "not measured: accuracy")
+            self.assertEqual(fake_site.run("figures.py", "other", "--data", self.folder, "--page", page).returncode, 0)
+            self.assertEqual(fake_site.run("figures.py", "third", "--data", self.folder).returncode, 2)
+        self.assertEqual(page.read_text(), PAGE)
 
     def test_what_a_program_prints_is_the_table(self):
-        with tempfile.TemporaryDirectory() as folder:
-            page = Path(folder) / "figures.md"
-            page.write_text(PAGE)
-            with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
-                self.assertEqual(fake_site.run("figures.py", "--data", folder, "--page", page).returncode, 0)
-            self.assertIn("| printed |", page.read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()
+        page = self.write("figures.md", PAGE)
+        with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
+            self.assertEqual(fake_site.run("figures.py", "--data", self.folder, "--page", page).returncode, 0)
+        self.assertIn("| printed |", page.read_text())

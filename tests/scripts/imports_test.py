@@ -2,11 +2,10 @@
 """nightmap_make.imports: the keys of [import] that a site may have, and the file that an imported file names."""
 
 import contextlib
-import tempfile
 import unittest
 from pathlib import Path
 
-import fake_site  # noqa: F401  (finds the scripts)
+from folder_case import FolderTest
 from nightmap_make.imports import check_import_keys, files_of
 from nightmap_site.declaration import import_keys
 from nightmap_site.toml_file import PipelineError
@@ -38,12 +37,7 @@ class ImportKeysTest(unittest.TestCase):
                 self.check("xyz", "laser", is_asked)
 
 
-class ImportsTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class ImportsTest(FolderTest):
     def named(self, text, name="map.yaml"):
         """The file that one of this text names, or None."""
         path = self.folder / name
@@ -69,7 +63,3 @@ class ImportsTest(unittest.TestCase):
         self.assertIsNone(self.named("", "model.toml"))
         self.assertIsNone(self.named("image: a.pgm\n", "poses.tum"))
         self.assertEqual(files_of(str(self.folder / "none.yaml")), [str(self.folder / "none.yaml")])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,7 +3,6 @@
 
 import os
 import shutil
-import unittest
 from unittest import mock
 
 from config_folder import CONFIG, ConfigFolder
@@ -116,7 +115,3 @@ class InputFilesTest(ConfigFolder):
         whole = self.recordings()
         self.write(STAMPS["recordings"], b"\xff")
         self.assertEqual(self.recordings(), whole)
-
-
-if __name__ == "__main__":
-    unittest.main()

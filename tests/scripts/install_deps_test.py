@@ -4,29 +4,30 @@ import os
 import pathlib
 import re
 import subprocess
-import tempfile
-import unittest
+
+from folder_case import FolderTest
+
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/install_deps.sh"
 LARGE = {"libpcl-dev", "libembree-dev", "colmap", "chromium", "clang-tidy"}  # that only some programs or commands need
 
 
-class InstallDepsTest(unittest.TestCase):
+class InstallDepsTest(FolderTest):
     def run_script(self, *arguments, is_installed=False):
         """The packages that apt-get is asked to install, and what the script says."""
-        with tempfile.TemporaryDirectory() as folder:
-            tools = {"dpkg-query": "printf 'install ok installed'" if is_installed else "exit 1",
-                     "apt-get": f'echo "$@" >> {folder}/asked', "id": "echo 0"}  # fmt: skip
-            for name, body in tools.items():
-                path = pathlib.Path(folder, name)
-                path.write_text(f"#!/bin/sh\n{body}\n")
-                path.chmod(0o755)
-            result = subprocess.run([SCRIPT, *arguments], env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"},
-                                    capture_output=True, text=True)  # fmt: skip
-            self.assertEqual((result.returncode, result.stderr), (0, ""))
-            asked = pathlib.Path(folder, "asked")
-            words = asked.read_text().split("--no-install-recommends")[1].split() if asked.exists() else []
-            return {word for word in words if not word.startswith("-")}, result.stdout
+        asked = self.folder / "asked"
+        asked.unlink(missing_ok=True)
+        tools = {"dpkg-query": "printf 'install ok installed'" if is_installed else "exit 1",
+                 "apt-get": f'echo "$@" >> {asked}', "id": "echo 0"}  # fmt: skip
+        for name, body in tools.items():
+            path = self.folder / name
+            path.write_text(f"#!/bin/sh\n{body}\n")
+            path.chmod(0o755)
+        result = subprocess.run([SCRIPT, *arguments], env={**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"},
+                                capture_output=True, text=True)  # fmt: skip
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        words = asked.read_text().split("--no-install-recommends")[1].split() if asked.exists() else []
+        return {word for word in words if not word.startswith("-")}, result.stdout
 
     def test_large_packages_are_for_what_needs_them(self):
         for what, large in ({"frames", "octree"}, set()), ({"synthesize"}, {"libembree-dev"}), ({"things"}, {"libpcl-dev"}), (
@@ -48,7 +49,3 @@ class InstallDepsTest(unittest.TestCase):
         self.assertEqual(packages, set())
         self.assertIn("installed", said)
         self.assertEqual(self.run_script("--quiet", "synthesize", is_installed=True), (set(), ""))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,13 +2,12 @@
 """Figures of labelled voxels against a made-up building."""
 
 import dataclasses
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import labels_site
+from folder_case import FolderTest
 from labels_site import face_points
 from nightmap_eval.labels import label_accuracy
 from nightmap_eval.labels.box_overlap import UprightBox
@@ -18,15 +17,14 @@ from nightmap_eval.labels.voxel_labels import VoxelLabels, read_voxel_labels
 from nightmap_site.script_errors import DataError
 
 
-class LabelsTest(unittest.TestCase):
+class LabelsTest(FolderTest):
     def setUp(self):
-        self.root = Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.site_dir = labels_site.write_site(self.root)
+        self.site_dir = labels_site.write_site(self.folder)
 
     def evaluate(self, parts=None, **options):
         if parts is not None:
             labels_site.write_voxels(self.site_dir, parts, **options)
-        return label_accuracy.evaluate(labels_site.opened(self.root))
+        return label_accuracy.evaluate(labels_site.opened(self.folder))
 
 
 class LabelAccuracyTest(LabelsTest):
@@ -61,7 +59,7 @@ class LabelAccuracyTest(LabelsTest):
     def test_voxels_on_borders_are_told_apart(self):
         """A thin poster on the table: whoever calls all of it a table is wrong there, but not away from it."""
         plate = UprightBox(labels_site.TABLE.centre_m + [0, 0, 0.31], np.array([0.2, 0.2, 0.01]), 0.3)
-        labels_site.write_truth(self.root / "made_up" / "truth", [*labels_site.BOXES, ("poster", plate)], [])
+        labels_site.write_truth(self.folder / "made_up" / "truth", [*labels_site.BOXES, ("poster", plate)], [])
         found = self.evaluate([(points, "poster" if name == "table" else name) for points, name in labels_site.perfect_parts()])
         self.assertLess(found["num_furniture_voxels_off_borders"], found["num_furniture_voxels"])
         self.assertIn("poster", found["confusion"]["poster"])
@@ -78,7 +76,7 @@ class LabelAccuracyTest(LabelsTest):
 
     def test_a_surface_is_in_a_voxel_within_half_an_edge(self):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
-        site = labels_site.opened(self.root)
+        site = labels_site.opened(self.folder)
         voxels = read_voxel_labels(site)
         true = label_accuracy.true_classes(site, voxels)
         self.assertTrue(0.5 < np.count_nonzero(true.is_inside) / len(true.is_inside) < 1)
@@ -92,10 +90,10 @@ class LabelAccuracyTest(LabelsTest):
     def test_other_classes_or_no_truth_give_counts_alone(self):
         names = [name.replace("chair", "stool") for name in labels_site.NAMES]
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts()[:1])
-        num = len(read_voxel_labels(labels_site.opened(self.root)).keys)
+        num = len(read_voxel_labels(labels_site.opened(self.folder)).keys)
         self.assertEqual(self.evaluate(labels_site.perfect_parts()[:1], names=names), {"num_voxels": num, "has_truth": False})
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts()[:1])
-        (self.root / "made_up" / "truth" / "boxes.json").unlink()
+        (self.folder / "made_up" / "truth" / "boxes.json").unlink()
         self.assertEqual(self.evaluate(), {"num_voxels": num, "has_truth": False})
 
     def test_without_voxels_there_is_no_figure(self):
@@ -106,7 +104,7 @@ class LabelAccuracyTest(LabelsTest):
 
     def test_damaged_truth_is_named(self):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts()[:1])
-        path = self.root / "made_up" / "truth" / "boxes.json"
+        path = self.folder / "made_up" / "truth" / "boxes.json"
         whole = path.read_text()
         for before, after in (('"label": 3', '"label": 77'), ('"half_size_m": [', '"half_size_m": [1, '), ('"edge_u_m": [', '"edge_u_m": [1, ')):
             path.write_text(whole.replace(before, after, 1))
@@ -117,7 +115,7 @@ class LabelAccuracyTest(LabelsTest):
 class VoxelLabelsTest(LabelsTest):
     def labels_of(self, *votes):
         labels_site.write_votes(self.site_dir, *votes)
-        return read_voxel_labels(labels_site.opened(self.root)).labels.tolist()
+        return read_voxel_labels(labels_site.opened(self.folder)).labels.tolist()
 
     def test_the_most_weight_counts_and_the_first_of_equal_ones(self):
         keys = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -133,7 +131,7 @@ class VoxelLabelsTest(LabelsTest):
         legend = self.site_dir / "voxel_labels" / "legend.json"
         legend.write_text(legend.read_text().replace("#0000ff", "red;}"))
         with self.assertRaisesRegex(DataError, "legend.json: a color"):
-            read_voxel_labels(labels_site.opened(self.root))
+            read_voxel_labels(labels_site.opened(self.folder))
 
 
 class ClassDistancesTest(unittest.TestCase):
@@ -157,7 +155,3 @@ class ClassDistancesTest(unittest.TestCase):
         expected[expected > reach_m] = np.inf
         found = class_distances_m(points, TrueBuilding(["a", "b", "c"], boxes, [], []), reach_m)
         np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
-if __name__ == "__main__":
-    unittest.main()

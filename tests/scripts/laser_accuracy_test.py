@@ -3,17 +3,15 @@
 
 import json
 import re
-import tempfile
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 
 import fake_site
 import laser_site
 from fake_site import rotation_about, write_tum
+from folder_case import FolderTest
 from nightmap_eval.laser import laser_accuracy
 from nightmap_eval.laser.report_laser import loop_ends
 from nightmap_eval.sealed_hdf5 import sealed
@@ -22,34 +20,9 @@ from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 
 
-class LaserSiteTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.site_dir = self.root / "maps" / "hall"
-        laser_site.write_configs(self.root / "configs")
-        configs = mock.patch("nightmap_site.site.CONFIGS", self.root / "configs")
-        configs.start()
-        self.addCleanup(configs.stop)
-
-    def evaluate(self):
-        out = self.site_dir / "evaluate" / "metrics.json"
-        return fake_site.run("evaluate.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-
-    def metrics(self):
-        result = self.evaluate()
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())
-
+class LaserSiteTest(laser_site.LaserFolderTest):
     def laser(self):
         return self.metrics()["sections"]["grid"]
-
-    def report(self):
-        out = self.site_dir / "report" / "index.html"
-        result = fake_site.run("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return out.read_text()
 
     def write_estimate(self, estimate):
         write_tum(self.site_dir / "map_frame" / "trajectory.tum", estimate)
@@ -126,16 +99,15 @@ class LaserSiteTest(unittest.TestCase):
         truth = laser_site.drive()
         truth.times_ns += 10**15
         write_tum(self.site_dir / "frames" / "robot_truth.tum", truth)
-        result = self.evaluate()
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("check [robot_truth]", result.stderr)
+        self.check_refused("evaluate.py", r"check \[robot_truth\]")
 
     def test_the_summary_says_the_errors_or_that_there_is_no_truth(self):
         laser_site.write_site(self.site_dir)
-        self.assertRegex(self.evaluate().stdout, r"hall: ATE RMSE 0\.00 cm, 0\.00 deg .*; over 10 m 0\.00 cm, 0\.000 deg")
+        evaluate = ("evaluate.py", "evaluate/metrics.json")
+        self.assertRegex(self.run_script(*evaluate).stdout, r"hall: ATE RMSE 0\.00 cm, 0\.00 deg .*; over 10 m 0\.00 cm, 0\.000 deg")
         (self.site_dir / "frames" / "robot_truth.tum").unlink()
-        self.assertIn("no ground truth", self.evaluate().stdout)
-        metrics = json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())
+        self.assertIn("no ground truth", self.run_script(*evaluate).stdout)
+        metrics = self.metrics()
         self.assertFalse(metrics["has_ground_truth"])
         self.assertNotIn("trajectory", metrics["sections"]["grid"])
 
@@ -152,15 +124,12 @@ class LaserSiteTest(unittest.TestCase):
 
     def test_the_grid_is_compared_with_an_exact_plan(self):
         laser_site.write_site(self.site_dir)
-        fake_site.write_map(self.root / "built" / "truth", "floor_plan", fake_site.room_pixels())
+        fake_site.write_map(self.folder / "built" / "truth", "floor_plan", fake_site.room_pixels())
         # The grid is the plan, seen from the map frame.
         yaw = -laser_site.TRUTH_FROM_MAP_YAW_RAD
         x, y = rotation_about([0, 0, 1], yaw)[:2, :2] @ (np.array([-3, -2]) - laser_site.TRUTH_FROM_MAP_M[:2])
-        path = self.site_dir / "grid" / "map.yaml"
-        path.write_text(path.read_text().replace("[-3.0, -2.0, 0]", f"[{x}, {y}, {yaw}]"))
-        config = self.site_dir / "config" / "site" / "hall.toml"
-        config.parent.mkdir()
-        config.write_text('root = "built"\n')
+        self.replace("grid/map.yaml", "[-3.0, -2.0, 0]", f"[{x}, {y}, {yaw}]")
+        self.write("config/site/hall.toml", 'root = "built"\n')
         self.assertEqual(self.laser()["map"]["grid"]["seen_right_percent"], 100)
         self.assertIn("Against the exact building", self.report())
 
@@ -193,10 +162,7 @@ class LaserSiteTest(unittest.TestCase):
         kept = estimate.select([i for i in range(401) if i != 300])  # a loop of a pose that the map has not is not drawn
         self.assertEqual(list(map(len, loop_ends(Site(self.site_dir), kept))), [1, 0])
         (self.site_dir / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,401,accepted,\n")
-        out = self.site_dir / "report" / "index.html"
-        result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", out)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("loops.csv:2: pose 401 of 401", result.stderr)
+        self.check_refused("report.py", "loops.csv:2: pose 401 of 401")
 
     def test_damaged_figures_are_named(self):
         laser_site.write_site(self.site_dir)
@@ -207,18 +173,13 @@ class LaserSiteTest(unittest.TestCase):
                              ({"walls": {"doubled_percent": "x"}}, "doubled_percent")):  # fmt: skip
             figures = whole["sections"]["grid"] | change
             path.write_text(json.dumps(whole | {"sections": {"grid": figures}}))
-            result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", self.site_dir / "x.html")
-            self.assertEqual(result.returncode, 1)
-            self.assertRegex(result.stderr, f"metrics.json: sections.*{name}")
+            self.check_refused("report.py", f"metrics.json: sections.*{name}")
 
 
-class LoopsOfKeyscansTest(unittest.TestCase):
+class LoopsOfKeyscansTest(FolderTest):
     """Three rounds: a scan of the second and third round sees what the one 133 1/3 scans before saw."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.truth = laser_site.drive()
         self.nodes = self.truth.select(range(0, 401, 10))  # keyscans
         write_tum(self.folder / "pose_graph_trajectory", self.nodes)
@@ -340,7 +301,3 @@ class PlanarAlignmentTest(unittest.TestCase):
         for points in (np.zeros((5, 3)), np.full((3, 3), np.nan), np.zeros((1, 3))):
             with self.assertRaises(DataError):
                 planar_umeyama(points, points, with_scale=False)
-
-
-if __name__ == "__main__":
-    unittest.main()

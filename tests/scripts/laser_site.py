@@ -3,11 +3,13 @@
 
 import json
 import shutil
+from unittest import mock
 
 import numpy as np
 
 import fake_site
 from fake_site import moved, rotation_about, write_tum
+from folder_case import SiteFolderTest
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.pipeline import read_pipeline
@@ -33,6 +35,16 @@ def write_configs(folder):
                      'section.evaluation = "scripts/nightmap_eval/laser/laser_accuracy.py"\n')  # fmt: skip
     (folder / "scans").mkdir()
     (folder / "scans" / "pipeline.toml").write_text(text)
+
+
+class LaserFolderTest(SiteFolderTest):
+    """The scripts read the configs of write_configs."""
+
+    SITE = "hall"
+
+    def setUp(self):
+        write_configs(self.folder / "configs")
+        self.enterContext(mock.patch("nightmap_site.site.CONFIGS", self.folder / "configs"))
 
 
 def drive(num_poses=401):

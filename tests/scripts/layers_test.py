@@ -59,7 +59,3 @@ class LayersTest(unittest.TestCase):
 
     def test_make_starts_fast(self):
         self.assertEqual(NEVER_BEFORE_MAKE & reached_from("nightmap_make"), set())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loop closures against a known path: there and back along a corridor, looking one way."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
 import numpy as np
 
-import fake_site  # noqa: F401  (finds the scripts)
+from folder_case import FolderTest
 from nightmap_eval import loop_accuracy
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import make_trajectory
@@ -35,7 +31,7 @@ def metrics(*pairs):
     return loop_accuracy.loop_metrics([row for row, _ in pairs], relative, FRAMES, TRUTH)
 
 
-class LoopMetricsTest(unittest.TestCase):
+class LoopMetricsTest(FolderTest):
     def test_a_wrong_pose_is_a_false_loop_when_accepted(self):
         self.assertEqual(metrics(loop(5, 35), loop(6, 34))["num_false_accepted"], 0)
         self.assertEqual(metrics(loop(5, 35), loop(6, 34, error_m=1))["num_false_accepted"], 1)
@@ -59,22 +55,15 @@ class LoopMetricsTest(unittest.TestCase):
         self.assertIsNone(figures["revisits_closed_percent"])
 
     def test_files_that_cannot_be_read_are_named(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "loops.h5"
-            path.write_bytes(b"not HDF5")
-            with self.assertRaisesRegex(DataError, "loops.h5"):
-                loop_accuracy.read_relative_poses(path)
-            with sealed(path) as file:
-                file["frame"] = np.array([[3, 9]], dtype=np.int32)
-                file["b_from_a"] = np.array([[1, 2, 3, 0, 0, 0, 1.0]])
-            rotation, translation = loop_accuracy.read_relative_poses(path)[3, 9]
-            np.testing.assert_array_equal(rotation, np.eye(3))
-            np.testing.assert_array_equal(translation, [1, 2, 3])
-            table = Path(folder) / "loops.csv"
-            table.write_text("frame_a,frame_b,status,reason\n1,x,accepted,\n", encoding="utf-8")
-            with self.assertRaisesRegex(DataError, "loops.csv:2"):
-                loop_accuracy.read_loops(table)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        path = self.write("loops.h5", b"not HDF5")
+        with self.assertRaisesRegex(DataError, "loops.h5"):
+            loop_accuracy.read_relative_poses(path)
+        with sealed(path) as file:
+            file["frame"] = np.array([[3, 9]], dtype=np.int32)
+            file["b_from_a"] = np.array([[1, 2, 3, 0, 0, 0, 1.0]])
+        rotation, translation = loop_accuracy.read_relative_poses(path)[3, 9]
+        np.testing.assert_array_equal(rotation, np.eye(3))
+        np.testing.assert_array_equal(translation, [1, 2, 3])
+        table = self.write("loops.csv", "frame_a,frame_b,status,reason\n1,x,accepted,\n")
+        with self.assertRaisesRegex(DataError, "loops.csv:2"):
+            loop_accuracy.read_loops(table)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """map_against_wheels: which motion of a map agrees with that of wheels, and in which way another one does not."""
 
@@ -96,7 +95,3 @@ class AgreementTest(unittest.TestCase):
         first, last = windows(times_ns)
         self.assertTrue(len(first))
         self.assertTrue(((times_ns[last] - times_ns[first]) <= 3 * 10**9).all())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,24 +1,17 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the masks of what moves, against pictures of the truth."""
-import pathlib
-import tempfile
 import types
-import unittest
 from unittest import mock
 
 import numpy as np
 from PIL import Image
 
-import fake_site  # noqa: F401  (it makes scripts/ importable)
+from folder_case import FolderTest
 from nightmap_eval.labels import moving_accuracy, report_masks
 from nightmap_site.script_errors import DataError
 
 
-class MovingAccuracyTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class MovingAccuracyTest(FolderTest):
     def evaluate(self, *frames, may_move=None):
         """frames: (mask, truth, labels) as rows of pixels; None, or no labels: the frame has no picture of it. may_move: flags of
         the network's classes, in the labels of shard 0007."""
@@ -90,7 +83,3 @@ class MovingAccuracyTest(unittest.TestCase):
                 page = str(report_masks.sections(site, metrics))
             self.assertIn("Precision", page)
             self.assertEqual("while it pauses (%)" in page, is_there)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,22 +3,17 @@
 
 import contextlib
 import io
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
 
-import fake_site
+from folder_case import FolderTest  # first: it makes the benchmarks importable
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
-
-import mrpt_localization as mrpt  # noqa: E402
-from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
-from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
-from nightmap_site.script_errors import DataError  # noqa: E402
+import mrpt_localization as mrpt
+from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from nightmap_eval.sealed_hdf5 import sealed
+from nightmap_site.script_errors import DataError
 
 TIMES_NS = [5 * 10**9, 7 * 10**9]
 RANGES_M = [1.0, np.nan, -1.0, 9.0, 10.0, 12.0, 2.0]
@@ -46,12 +41,10 @@ def write_truth(path, times_s=(5, 7)):
     path.write_text("# map_from_robot\n" + "\n".join(lines) + "\n")
 
 
-class FilesTest(unittest.TestCase):
+class FilesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name) / "queries.h5"
-        self.truth = Path(folder.name) / "truth.tum"
+        self.path = self.folder / "queries.h5"
+        self.truth = self.folder / "truth.tum"
 
     def test_queries_have_their_scans(self):
         write_queries(self.path)
@@ -198,7 +191,3 @@ class CommandLineTest(unittest.TestCase):
         self.assertEqual(mrpt.spread(list(range(11)), 3), [0, 5, 10])
         self.assertEqual(mrpt.spread([1, 2], 0), [1, 2])
         self.assertEqual(mrpt.spread([1, 2], 5), [1, 2])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,22 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """nearest_frames.py: which keyframes are shown beside a located picture."""
 
-import tempfile
-import unittest
-from pathlib import Path
-
-import fake_site
+from folder_case import FolderTest
 from nightmap_eval.camera.nearest_frames import nearest_frames
 from nightmap_site.site import Site
 
 TURNED_180 = "0 1 0 0"  # about y: the camera looks back
 
 
-class NearestFramesTest(unittest.TestCase):
+class NearestFramesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         for name in ("frames", "map_frame", "localize"):
             (self.folder / name).mkdir()
         rows = "".join(f"{i},{1000 + i},0,color/{i}.png\n" for i in range(4))
@@ -44,7 +37,3 @@ class NearestFramesTest(unittest.TestCase):
         self.assertEqual(self.locate("located,,0.9,0,0,0,0,0,1")[0], ["color/1.png", "color/0.png"])
         (self.folder / "map_frame" / "keyframes.tum").unlink()
         self.assertEqual(self.locate("located,,0.9,0,0,0,0,0,1"), {})
-
-
-if __name__ == "__main__":
-    unittest.main()

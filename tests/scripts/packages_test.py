@@ -2,14 +2,13 @@
 """docs/packages.md: it names every file that includes a package, and where the package runs follows from sources and configs."""
 
 import re
-import tempfile
 import tomllib
 import unittest
-from pathlib import Path
 
 from fake_site import CHECKOUT  # finds the scripts, so first
 
 import describe_packages
+from folder_case import FolderTest
 from nightmap_site.script_errors import DataError
 
 PAGE = (CHECKOUT / "docs/packages.md").read_text(encoding="utf-8")
@@ -38,7 +37,7 @@ class PageTest(unittest.TestCase):
         self.assertFalse(any("colmap" in name for name in describe_packages.programs_of(CHECKOUT)))
 
 
-class MadeUpCheckoutTest(unittest.TestCase):
+class MadeUpCheckoutTest(FolderTest):
     """A pipeline of two jobs: `wash` reads the recordings, `cook` what `wash` wrote; the profile `raw` leaves `cook` out."""
 
     PAGE = """\
@@ -59,18 +58,14 @@ class MadeUpCheckoutTest(unittest.TestCase):
     }  # fmt: skip
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.checkout = Path(folder.name)
         for name, text in self.FILES.items():
-            (self.checkout / name).parent.mkdir(parents=True, exist_ok=True)
-            (self.checkout / name).write_text(text)
+            self.write(name, text)
 
     def rows(self, page):
-        return describe_packages.describe(self.checkout, page).splitlines()[2:]
+        return describe_packages.describe(self.folder, page).splitlines()[2:]
 
     def test_stages_are_those_that_reach_a_file_and_profiles_those_that_run_them(self):
-        self.assertEqual(set(describe_packages.files_of_page(self.PAGE)), describe_packages.users_of(self.checkout))
+        self.assertEqual(set(describe_packages.files_of_page(self.PAGE)), describe_packages.users_of(self.folder))
         self.assertEqual(self.rows(self.PAGE), [
             "| PCL | `cook` | default | - |  |",
             '| OctoMap | `cook` | default | - | `cook.knife = "long"` |',
@@ -83,7 +78,3 @@ class MadeUpCheckoutTest(unittest.TestCase):
     def test_a_page_without_files_is_refused(self):
         with self.assertRaises(DataError):
             self.rows("text")
-
-
-if __name__ == "__main__":
-    unittest.main()

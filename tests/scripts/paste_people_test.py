@@ -15,10 +15,8 @@ from nightmap_eval.trajectory import read_tum
 from nightmap_site.script_errors import DataError
 from PIL import Image
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "people"))
-
-import boards  # noqa: E402
-import paste_people  # noqa: E402
+import boards
+import paste_people
 
 WIDTH, HEIGHT, F_PX, CX, CY = 160, 120, 130.0, 80.0, 59.0
 NUM_FRAMES, FPS = 48, 5
@@ -172,7 +170,3 @@ class RaysTest(unittest.TestCase):
         u = 517 * (x * factor + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + 318
         v = 516 * (y * factor + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + 255
         np.testing.assert_allclose(np.stack([u, v]), np.meshgrid(np.arange(640), np.arange(480)), atol=0.05)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,20 +1,15 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pictures that the scripts open: label pictures as stored, and no files of other kinds."""
 import os
 import struct
-import sys
-import tempfile
-import unittest
 import zlib
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+from folder_case import FolderTest
+from nightmap_eval.pictures import open_picture, read_labels
 
-from nightmap_eval.pictures import open_picture, read_labels  # noqa: E402
 
 GRAY, PALETTE = 0, 3
 
@@ -32,11 +27,9 @@ def png(num_bits, color):
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks)
 
 
-class PicturesTest(unittest.TestCase):
+class PicturesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name) / "a.png"
+        self.path = self.folder / "a.png"
 
     def test_labels_are_the_values_as_stored(self):
         for color in (GRAY, PALETTE):
@@ -61,7 +54,3 @@ class PicturesTest(unittest.TestCase):
         os.mkfifo(self.path)
         with self.assertRaises(OSError):
             open_picture(self.path)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,10 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Pipelines that are composed: what a list of pieces brings, what is joined, and what is refused."""
 
-import tempfile
-import unittest
 from pathlib import Path
 
-import fake_site  # noqa: F401  (it makes scripts/ importable)
 
+from folder_case import FolderTest
 from nightmap_site.declaration import folders, import_keys, profiles
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.toml_file import PipelineError
@@ -29,18 +26,16 @@ FILES = {
 }
 
 
-class PiecesTest(unittest.TestCase):
+class PiecesTest(FolderTest):
     def setUp(self):
-        self.configs = Path(self.enterContext(tempfile.TemporaryDirectory()))
         for folder, text in FILES.items():
             self.write(folder, text)
 
     def write(self, folder, text):
-        (self.configs / folder).mkdir(exist_ok=True)
-        (self.configs / folder / "pipeline.toml").write_text(text)
+        super().write(Path(folder, "pipeline.toml"), text)
 
     def read(self, profile="default", imports=()):
-        return read_pipeline(str(self.configs), profile, imports)
+        return read_pipeline(str(self.folder), profile, imports)
 
     def inputs(self, name, profile, imports=()):
         return {(given.port, given.text) for given in self.read(profile, imports).jobs[name].inputs}
@@ -64,15 +59,15 @@ class PiecesTest(unittest.TestCase):
         self.assertEqual(self.inputs("paint", "default"), common)
         self.assertEqual(self.inputs("paint", "both"), common | {("b", "listen.o")})
         self.assertEqual(self.inputs("paint", "default", ("frame", "paper")), {("a", "merge.o"), ("c", "import.frame"), ("d", "import.paper")})
-        self.assertEqual(import_keys(str(self.configs), "both"), {"frame", "paper"})
+        self.assertEqual(import_keys(str(self.folder), "both"), {"frame", "paper"})
 
     def test_a_profile_stands_for_all_that_it_is_made_of(self):
         self.write("own", 'pieces = ["deaf", "ear"]\n')
         pipeline = self.read("own")
         self.assertEqual(set(pipeline.jobs), {"look", "see", "listen", "merge", "paint", "rest", "report"})
         self.assertEqual(pipeline.jobs["paint"].kB_per_frame, 3)
-        self.assertEqual(folders(str(self.configs), "own", ()), ["eye", "graph", "draw", "default", "deaf", "ear", "own"])
-        self.assertEqual(profiles(str(self.configs)), ["both", "deaf", "default", "ear", "own"])
+        self.assertEqual(folders(str(self.folder), "own", ()), ["eye", "graph", "draw", "default", "deaf", "ear", "own"])
+        self.assertEqual(profiles(str(self.folder)), ["both", "deaf", "default", "ear", "own"])
 
     def test_own_jobs_are_there_if_the_list_names_them(self):
         text = job("first") + job("second") + "[see]\nkB_per_frame = 2\n[listen]\nkB_per_frame = 2\n"
@@ -89,7 +84,7 @@ class PiecesTest(unittest.TestCase):
         self.assertEqual(list(self.read("own").jobs), ["look", "see", "merge", "report"])
         pipeline = self.read("own", ("sight",))
         self.assertEqual([job.program for job in pipeline.jobs.values()], ["look", "open", None])
-        self.assertEqual(import_keys(str(self.configs), "own"), {"sight"})
+        self.assertEqual(import_keys(str(self.folder), "own"), {"sight"})
         self.assertRegex(pipeline.jobs["see"].where("in.a"), r"own/pipeline.toml:5: \[import_sight\]")
 
     def test_the_profile_says_whose_job_it_is(self):
@@ -115,7 +110,3 @@ class PiecesTest(unittest.TestCase):
         self.refused(job("see", a="sea.o if any"), r"own/pipeline.toml:4: \[see\]: in.a: no job 'sea'")
         self.write("deaf", 'pieces = ["own"]\n')
         self.refused('pieces = ["deaf"]\n', "deaf/pipeline.toml: pieces: 'own' is no folder .*lists this one")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -70,7 +70,3 @@ class ProseTest(unittest.TestCase):
             (folder / name).write_text(text, encoding="utf-8")
             with self.subTest(name):
                 self.assertEqual(sorted(fragments_in(folder / name)), found)
-
-
-if __name__ == "__main__":
-    unittest.main()

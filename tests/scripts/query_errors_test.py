@@ -87,7 +87,3 @@ class SummaryTest(unittest.TestCase):
         self.assertIsNone(query_summary(np.array(errors_m), np.ones(10), 12)["p90_translation_error_cm"])
         self.assertEqual(summary["recall_1cm_1deg_percent"], 80)
         self.assertEqual(summary["recall_3cm_3deg_percent"], 80)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors by known relations between poses: exact by hand, and what a file of relations must not hold."""
 
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 from fake_site import moved, rotation_about
+from folder_case import FolderTest
 from laser_site import drive
 from nightmap_eval.laser.relations import Relations, euler_rotations, read_relations, relation_errors, relation_metrics
 from nightmap_eval.trajectory import Trajectory, quaternion
@@ -89,12 +88,10 @@ class ErrorTest(unittest.TestCase):
             np.testing.assert_allclose(euler_rotations([roll], [pitch], [yaw])[0], expected, atol=1e-12)
 
 
-class FileTest(unittest.TestCase):
+class FileTest(FolderTest):
     def read(self, text):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "relations.txt"
-            path.write_text(text)
-            return read_relations(path)
+        path = self.write("relations.txt", text)
+        return read_relations(path)
 
     def test_comments_and_empty_lines(self):
         found = self.read("# made by hand\n\n976052857.306123 976052890.5 1 2 0 0 0 0.5  # a corner\n   \n1 2 0 0 3 0 0 0\n")
@@ -115,7 +112,3 @@ class FileTest(unittest.TestCase):
         for text in ("", "# nothing\n"):
             with self.assertRaisesRegex(DataError, r"relations\.txt: no relation"):
                 self.read(text)
-
-
-if __name__ == "__main__":
-    unittest.main()

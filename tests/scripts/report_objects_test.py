@@ -5,15 +5,11 @@ import base64
 import io
 import json
 import re
-import tempfile
-import unittest
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 from PIL import Image
 
-import fake_site
 import laser_site
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_eval.laser import report_objects
@@ -30,31 +26,20 @@ def data_of(section):
     return json.loads(text)
 
 
-class ObjectsSectionTest(unittest.TestCase):
+class ObjectsSectionTest(laser_site.LaserFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.site_dir = self.root / "maps" / "hall"
-        laser_site.write_configs(self.root / "configs")
-        profile = self.root / "configs" / "scans" / "pipeline.toml"
+        super().setUp()
+        profile = self.folder / "configs" / "scans" / "pipeline.toml"
         profile.write_text(profile.read_text() + JOB)
         laser_site.write_site(self.site_dir)
 
     def section(self):
-        with mock.patch("nightmap_site.site.CONFIGS", self.root / "configs"):
-            return str(objects_section(Site(self.site_dir, self.root)))
+        return str(objects_section(Site(self.site_dir, self.folder)))
 
     def use(self, name, content=None):
-        copy = self.site_dir / "config" / "site" / "hall.toml"
-        copy.parent.mkdir(exist_ok=True)
-        copy.write_text(f"[import]\nobjects = {json.dumps(name)}\n")
+        self.write("config/site/hall.toml", f"[import]\nobjects = {json.dumps(name)}\n")
         if content is not None:
-            (self.root / name).write_bytes(content)
-
-    def propose(self, text):
-        (self.site_dir / "objects").mkdir()
-        (self.site_dir / "objects" / "objects.yaml").write_text(text)
+            (self.folder / name).write_bytes(content)
 
     def test_hands_the_grid_to_the_script(self):
         data = data_of(self.section())
@@ -89,7 +74,7 @@ class ObjectsSectionTest(unittest.TestCase):
         self.assertNotIn("<!--", section)
 
     def test_objects_in_use_come_before_proposals(self):
-        self.propose("proposed\n")
+        self.write("objects/objects.yaml", "proposed\n")
         self.assertEqual([file["text"] for file in data_of(self.section())["files"]], ["proposed\n"])
         self.use("mine.yaml", b"mine\n")
         self.assertEqual([(file["name"], file["text"]) for file in data_of(self.section())["files"]],
@@ -107,22 +92,13 @@ class ObjectsSectionTest(unittest.TestCase):
 
     def test_a_name_of_another_type_is_an_error(self):
         self.use("mine.yaml")
-        (self.site_dir / "config" / "site" / "hall.toml").write_text("[import]\nobjects = 5\n")
+        self.write("config/site/hall.toml", "[import]\nobjects = 5\n")
         with self.assertRaisesRegex(DataError, "hall.toml: import: objects: '5' is not of type str"):
             self.section()
 
     def test_a_site_without_a_grid_has_no_section(self):
         (self.site_dir / "grid" / "map.yaml").unlink()
-        with mock.patch("nightmap_site.site.CONFIGS", self.root / "configs"):
-            self.assertIsNone(objects_section(Site(self.site_dir, self.root)))
+        self.assertIsNone(objects_section(Site(self.site_dir, self.folder)))
 
     def test_the_page_of_a_laser_has_the_section_once(self):
-        out = self.site_dir / "report" / "index.html"
-        with mock.patch("nightmap_site.site.CONFIGS", self.root / "configs"):
-            result = fake_site.run("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual(out.read_text().count("<h2>Objects</h2>"), 1)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.assertEqual(self.report().count("<h2>Objects</h2>"), 1)

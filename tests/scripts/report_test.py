@@ -4,16 +4,15 @@
 import base64
 import json
 import re
-import tempfile
 import unittest
 from html.parser import HTMLParser
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
 from PIL import Image
 
 import fake_site
+from folder_case import FolderTest, SiteFolderTest
 from nightmap_eval import html
 from nightmap_eval.camera.report_queries import choose
 from nightmap_eval.report_cloud import cloud_section
@@ -43,13 +42,10 @@ class Checker(HTMLParser):
         assert self.open and self.open.pop() == tag, f"</{tag}> does not close its tag"
 
 
-class StaleTest(unittest.TestCase):
+class StaleTest(SiteFolderTest):
     """Notes on a path that is not the one asked for last."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "maps" / "office"
         for name in ("plan", "grid", "logs", "config"):
             (self.site_dir / name).mkdir(parents=True)
         self.grid = self.site_dir / "grid" / "map.pgm"
@@ -102,22 +98,18 @@ class StaleTest(unittest.TestCase):
                 self.notes()
 
 
-class PlanSectionTest(unittest.TestCase):
+class PlanSectionTest(FolderTest):
     def section(self, floor):
         """Captions of the pictures of a site with two floors and a path on one."""
-        with tempfile.TemporaryDirectory() as folder:
-            site_dir = Path(folder)
-            for name in ("map", "floor_1"):
-                fake_site.write_map(site_dir / "grid", name, fake_site.room_pixels())
-            floors = [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"},
-                      {"number": 1, "height_m": 2.9, "yaml": "floor_1.yaml"}]  # fmt: skip
-            content = {"format": "nightmap floors", "version": 2, "floors": floors}
-            (site_dir / "grid" / "floors.json").write_text(json.dumps(content))
-            (site_dir / "plan").mkdir()
-            (site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
-            (site_dir / "plan" / "path.json").write_text(json.dumps(floor))
-            with mock.patch("nightmap_eval.drawing.grid_png", side_effect=lambda *_: b"") as draw:
-                section = str(plan_section(Site(site_dir)))
+        for name in ("map", "floor_1"):
+            fake_site.write_map(self.folder / "grid", name, fake_site.room_pixels())
+        floors = [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"},
+                  {"number": 1, "height_m": 2.9, "yaml": "floor_1.yaml"}]  # fmt: skip
+        self.write("grid/floors.json", json.dumps({"format": "nightmap floors", "version": 2, "floors": floors}))
+        self.write("plan/path.csv", "x_m,y_m\n0,0\n1,1\n")
+        self.write("plan/path.json", json.dumps(floor))
+        with mock.patch("nightmap_eval.drawing.grid_png", side_effect=lambda *_: b"") as draw:
+            section = str(plan_section(Site(self.folder)))
         with_path = [call.args[1] is not None for call in draw.call_args_list]
         return re.findall(r'<p class="">(Floor .*?)</p>', section), with_path
 
@@ -131,68 +123,42 @@ class PlanSectionTest(unittest.TestCase):
             self.section({"floor": "top"})
 
 
-class PathNotesTest(unittest.TestCase):
+class PathNotesTest(FolderTest):
     def test_narrow_places_are_told_and_a_failed_plan_is_shown(self):
         place = {"first_point": 3, "last_point": 8, "length_m": 0.25, "x_m": 1.5, "y_m": -2.0, "room_m": -1e-12}
         line, = narrow_lines({"narrow_places": [place]})
         self.assertRegex(line, r"narrow for 0.25 m: at \(1.50, -2.00\) only 0.0 cm")
         self.assertEqual(list(narrow_lines({})), [])
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "plan").mkdir()
-            self.assertEqual(no_path_parts(Site(Path(folder))), [])
-            (Path(folder) / "plan" / "no_path.png").write_bytes(b"picture")
-            text, picture = map(str, no_path_parts(Site(Path(folder))))
+        (self.folder / "plan").mkdir()
+        self.assertEqual(no_path_parts(Site(self.folder)), [])
+        (self.folder / "plan" / "no_path.png").write_bytes(b"picture")
+        text, picture = map(str, no_path_parts(Site(self.folder)))
         self.assertIn("found no path", text)
         self.assertIn(base64.b64encode(b"picture").decode(), picture)
 
 
-class CloudSectionTest(unittest.TestCase):
+class CloudSectionTest(FolderTest):
     def test_has_the_range_of_tiles_and_the_shares_of_the_site(self):
-        with tempfile.TemporaryDirectory() as folder:
-            site_dir = Path(folder)
-            self.assertIsNone(cloud_section(Site(site_dir)))
-            (site_dir / "point_cloud").mkdir()
-            for tile, thickness_m in (("0_0", 0.004), ("0_1", 0.0065)):
-                report = {"plane_thickness_median_m": thickness_m, "num_held_out_rays": 10}
-                (site_dir / "point_cloud" / f"report_{tile}.json").write_text(json.dumps(report))
-            site = {"held_out_rays_agreeing_percent": 97.5}
-            (site_dir / "point_cloud" / "report.json").write_text(json.dumps(site))
-            section = str(cloud_section(Site(site_dir)))
-            self.assertIn("0.4 to 0.65", section)
-            self.assertIn("97.5", section)
-            self.assertNotIn("blocks", section)
+        self.assertIsNone(cloud_section(Site(self.folder)))
+        for tile, thickness_m in (("0_0", 0.004), ("0_1", 0.0065)):
+            report = {"plane_thickness_median_m": thickness_m, "num_held_out_rays": 10}
+            self.write(f"point_cloud/report_{tile}.json", json.dumps(report))
+        self.write("point_cloud/report.json", json.dumps({"held_out_rays_agreeing_percent": 97.5}))
+        section = str(cloud_section(Site(self.folder)))
+        self.assertIn("0.4 to 0.65", section)
+        self.assertIn("97.5", section)
+        self.assertNotIn("blocks", section)
 
 
-class ReportTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = Path(self.folder.name)
-        self.site_dir = self.root / "maps" / "office"
-        self.out = self.site_dir / "report" / "index.html"
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def run_report(self):
-        folders = ("--site-dir", self.site_dir, "--data", self.root)
-        return fake_site.run("report.py", *folders, "--out", self.out)
-
+class ReportTest(SiteFolderTest):
     def report(self):
-        result = self.run_report()
-        self.assertEqual(result.returncode, 0, result.stderr)
-        page = self.out.read_text()
+        page = super().report()
         checker = Checker()
         checker.feed(page)
         self.assertEqual(checker.open, [])
         for source in checker.sources:
             self.assertTrue(source.startswith("data:"), "the page must not load anything")
         return page
-
-    def evaluate(self):
-        out = self.site_dir / "evaluate" / "metrics.json"
-        folders = ("--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        result = fake_site.run("evaluate.py", *folders)
-        self.assertEqual(result.returncode, 0, result.stderr)
 
     def write_everything(self):
         estimate = fake_site.write_site(self.site_dir)
@@ -201,38 +167,23 @@ class ReportTest(unittest.TestCase):
         fake_site.write_receipt(self.site_dir, "features", "receipt_0000.json")
         fake_site.write_receipt(self.site_dir, "features", "receipt_0001.json")
         for name, count in (("0000", 3), ("0001", 4)):
-            report = {"stage": "features", "num_features": count, "num_skipped": 1}
-            report["skipped"] = [f"rgb/<{name}>.png is truncated"]
-            (self.site_dir / "features" / f"report_{name}.json").write_text(json.dumps(report))
-        (self.site_dir / "pose_graph" / "loops.csv").write_text(
-            "frame_a,frame_b,status,reason\n0,39,accepted,\n3,20,rejected,inconsistent\n"
-        )
+            report = {"stage": "features", "num_features": count, "num_skipped": 1, "skipped": [f"rgb/<{name}>.png is truncated"]}
+            self.write(f"features/report_{name}.json", json.dumps(report))
+        self.write("pose_graph/loops.csv", "frame_a,frame_b,status,reason\n0,39,accepted,\n3,20,rejected,inconsistent\n")
         fake_site.write_map(self.site_dir / "grid", "map", fake_site.room_pixels())
-        (self.site_dir / "plan").mkdir()
-        (self.site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
+        self.write("plan/path.csv", "x_m,y_m\n0,0\n1,1\n")
         fake_site.write_queries(self.site_dir, estimate.select(range(3)), 2)
-        (self.root / "queries").mkdir()
-        Image.new("RGB", (64, 48), "red").save(self.root / "queries" / "0.png")
-        (self.site_dir / "config").mkdir()
-        (self.site_dir / "config" / "grid.toml").write_text("resolution_m = 0.05\n")
+        (self.folder / "queries").mkdir()
+        Image.new("RGB", (64, 48), "red").save(self.folder / "queries" / "0.png")
+        self.write("config/grid.toml", "resolution_m = 0.05\n")
 
     def test_whole_site(self):
         self.write_everything()
-        self.evaluate()
+        self.metrics()
         page = self.report()
-        for text in (
-            "40 of 40 frames mapped",
-            "loops: 1 accepted, 1 rejected",
-            "2 items skipped",
-            "3 of 5 queries located",
-            "62.5 s of stage time",
-            "num_features 7",
-            "inconsistent",
-            "rgb/&lt;0000&gt;.png is truncated",
-            "resolution_m = 0.05",
-            "data:image/jpeg",
-            "no picture",
-        ):
+        for text in ("40 of 40 frames mapped", "loops: 1 accepted, 1 rejected", "2 items skipped", "3 of 5 queries located",
+                     "62.5 s of stage time", "num_features 7", "inconsistent", "rgb/&lt;0000&gt;.png is truncated",
+                     "resolution_m = 0.05", "data:image/jpeg", "no picture"):  # fmt: skip
             self.assertIn(text, page)
         self.assertEqual(page.count("data:image/png"), 3)
 
@@ -243,16 +194,13 @@ class ReportTest(unittest.TestCase):
         Image.new("RGB", (64, 48), "red").save(self.site_dir / "drive" / "drive.gif")
         drive = {"duration_s": 61.25, "length_m": 20.5, "path_length_m": 21.0, "max_deviation_m": 0.123,
                  "min_clearance_m": 0.3, "robot_radius_m": 0.25, "position_error_m": 0.004, "heading_error_deg": 0.5}
-        figures = self.site_dir / "drive" / "drive.json"
-        figures.write_text(json.dumps(drive))
+        figures = self.write("drive/drive.json", json.dumps(drive))
         page = self.report()
         for text in ("data:image/gif", "61.2", "12.3", "Position error at the goal"):
             self.assertIn(text, page)
         del drive["duration_s"]
         figures.write_text(json.dumps(drive))
-        result = self.run_report()
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("drive.json: no 'duration_s'", result.stderr)
+        self.check_refused("report.py", "drive.json: no 'duration_s'")
 
     def test_same_bytes_twice_and_no_time(self):
         self.write_everything()
@@ -296,20 +244,16 @@ class ReportTest(unittest.TestCase):
 
     def test_site_without_truth_says_so(self):
         fake_site.write_site(self.site_dir, truth=False)
-        self.evaluate()
+        self.metrics()
         self.assertIn("no ground truth", self.report())
 
     def test_truth_is_drawn_over_the_estimate(self):
         estimate = fake_site.write_site(self.site_dir)
-        self.evaluate()
-        metrics = json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())
-        drawn = truth_in_map(Site(self.site_dir), metrics)
+        drawn = truth_in_map(Site(self.site_dir), self.metrics())
         np.testing.assert_allclose(drawn.positions_m, estimate.positions_m, atol=1e-6)
 
     def test_missing_site_is_an_error(self):
-        result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", self.out)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("make map", result.stderr)
+        self.check_refused("report.py", "make map")
 
 
 class BuildingRowsTest(unittest.TestCase):
@@ -348,7 +292,3 @@ class PiecesTest(unittest.TestCase):
         self.assertEqual(html.number(None), "n/a")
         self.assertEqual(html.number(12345), "12345")
         self.assertIsNotNone(re.fullmatch(r"0\.123", html.number(0.12345)))
-
-
-if __name__ == "__main__":
-    unittest.main()

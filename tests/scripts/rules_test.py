@@ -4,12 +4,11 @@
 import json
 import os
 import struct
-import tempfile
-import unittest
 from pathlib import Path
 from types import SimpleNamespace
 
-import fake_site  # noqa: F401  (finds the scripts)
+from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
+
 import describe_pipeline
 from nightmap_make import preflight, slots, why
 from nightmap_make.clashes import check_clashes
@@ -43,22 +42,12 @@ out.pgm = "map.pgm"
 """
 
 
-class Declared(unittest.TestCase):
+class Declared(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
         self.write("pipeline.toml", DECLARED)
 
-    def write(self, name, text):
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-        return path
-
     def declared(self, change=lambda text: text):
-        path = self.folder / "pipeline.toml"
-        path.write_text(change(path.read_text()))
+        self.write("pipeline.toml", change((self.folder / "pipeline.toml").read_text()))
 
     def graph(self, profile="default", imports=(), goals=("map",)):
         state = SiteState("office", str(self.folder / "office"), "data")
@@ -503,7 +492,7 @@ def track_of_mp4(header, num_samples):
     return box(b"trak", box(b"tkhd", bytes(84)), box(b"mdia", box(b"minf", box(header, bytes(12)), samples)))
 
 
-class PreflightTest(unittest.TestCase):
+class PreflightTest(FolderTest):
     def texts(self, **values):
         return {name: preflight.ConfigText(name, config, "", dict.fromkeys(config, "SET"), {}, {}) for name, config in values.items()}
 
@@ -526,16 +515,15 @@ class PreflightTest(unittest.TestCase):
     def test_results_tell_what_a_frame_takes(self):
         asked = Asked.__new__(Asked)
         jobs = [SimpleNamespace(folder=name, kB_per_frame=size) for name, size in (("features", 90), ("octree", 12), ("octree", 12))]
-        with tempfile.TemporaryDirectory() as folder:
-            asked.folder = folder
-            self.assertEqual(asked._bytes_per_frame(jobs), 114_000)
-            for name in ("frames", "features/deep"):
-                os.makedirs(f"{folder}/{name}")
-            Path(f"{folder}/features/deep/shard_0000.h5").write_bytes(bytes(200_000))
-            Path(f"{folder}/frames/report.json").write_text('{"num_frames": 10}')
-            self.assertEqual(asked._bytes_per_frame(jobs), 114_000)  # too few frames
-            Path(f"{folder}/frames/report.json").write_text('{"num_frames": 200}')
-            self.assertEqual(asked._bytes_per_frame(jobs), 1.2 * 1000 + 24_000)
+        asked.folder = self.folder
+        self.assertEqual(asked._bytes_per_frame(jobs), 114_000)
+        for name in ("frames", "features/deep"):
+            os.makedirs(f"{self.folder}/{name}")
+        Path(f"{self.folder}/features/deep/shard_0000.h5").write_bytes(bytes(200_000))
+        Path(f"{self.folder}/frames/report.json").write_text('{"num_frames": 10}')
+        self.assertEqual(asked._bytes_per_frame(jobs), 114_000)  # too few frames
+        Path(f"{self.folder}/frames/report.json").write_text('{"num_frames": 200}')
+        self.assertEqual(asked._bytes_per_frame(jobs), 1.2 * 1000 + 24_000)
 
     def test_room_counts_the_frames_of_recordings_without_depth(self):
         movie = box(b"moov", track_of_mp4(b"smhd", 4000), track_of_mp4(b"vmhd", 700))
@@ -543,25 +531,24 @@ class PreflightTest(unittest.TestCase):
                  b"AVI " + bytes(36) + struct.pack("<I", 90), "a.mkv": b"\x1aE\xdf\xa3" + bytes(499_996), "cut.mp4": movie[:-2],
                  "rgb.txt": b"# time\n0.1 a.png\n\n0.2 b.png\n", "x.color.png": b"", "x.depth.png": b""}  # fmt: skip
         asked = Asked.__new__(Asked)
-        with tempfile.TemporaryDirectory() as folder:
-            os.mkdir(f"{folder}/office")
-            for name, content in files.items():
-                Path(f"{folder}/office/{name}").write_bytes(content)
-            asked.request = SimpleNamespace(reads_recordings=True, is_synthetic=False)
-            asked.env, asked.configs = {"DATA": folder}, {"frames": {}}
-            for count, sequence in ((700, {"layout": "video", "video": "a.mp4"}), (90, {"layout": "video", "video": "a.avi"}),
-                                    (10, {"layout": "video", "video": "a.mkv"}), (0, {"layout": "video", "video": "cut.mp4"}),
-                                    (0, {"layout": "video", "video": "none.mp4"}), (2, {"layout": "tum"}), (1, {"layout": "seven_scenes"})):
-                asked.tables = {"root": "office", "sequence": [sequence | {"folder": ".", "depth": "none"}] * 2}
-                self.assertEqual(asked._num_recorded(), 2 * count, sequence)
-            os.rename(f"{folder}/office/rgb.txt", f"{folder}/office/associations.txt")
-            asked.tables["sequence"] = [{"layout": "tum", "folder": "."}]
-            self.assertEqual(asked._num_recorded(), 2)
-            asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
-            asked.configs["frames"]["max_frames"] = 50
-            self.assertEqual(asked._num_recorded(), 50)
-            asked.request.reads_recordings = False
-            self.assertEqual(asked._num_recorded(), 0)
+        os.mkdir(f"{self.folder}/office")
+        for name, content in files.items():
+            Path(f"{self.folder}/office/{name}").write_bytes(content)
+        asked.request = SimpleNamespace(reads_recordings=True, is_synthetic=False)
+        asked.env, asked.configs = {"DATA": self.folder}, {"frames": {}}
+        for count, sequence in ((700, {"layout": "video", "video": "a.mp4"}), (90, {"layout": "video", "video": "a.avi"}),
+                                (10, {"layout": "video", "video": "a.mkv"}), (0, {"layout": "video", "video": "cut.mp4"}),
+                                (0, {"layout": "video", "video": "none.mp4"}), (2, {"layout": "tum"}), (1, {"layout": "seven_scenes"})):
+            asked.tables = {"root": "office", "sequence": [sequence | {"folder": ".", "depth": "none"}] * 2}
+            self.assertEqual(asked._num_recorded(), 2 * count, sequence)
+        os.rename(f"{self.folder}/office/rgb.txt", f"{self.folder}/office/associations.txt")
+        asked.tables["sequence"] = [{"layout": "tum", "folder": "."}]
+        self.assertEqual(asked._num_recorded(), 2)
+        asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
+        asked.configs["frames"]["max_frames"] = 50
+        self.assertEqual(asked._num_recorded(), 50)
+        asked.request.reads_recordings = False
+        self.assertEqual(asked._num_recorded(), 0)
 
     def test_room_counts_the_frames_that_synthesize_renders(self):
         asked = Asked.__new__(Asked)
@@ -574,7 +561,3 @@ class PreflightTest(unittest.TestCase):
         preflight.check_disk("/nowhere/maps", 1, "the map")
         with self.assertRaisesRegex(PipelineError, "are free, and the map needs about 1000000000000.00 GB"):
             preflight.check_disk("/nowhere/maps", 1e21, "the map")
-
-
-if __name__ == "__main__":
-    unittest.main()

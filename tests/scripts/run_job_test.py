@@ -1,21 +1,19 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """run_job.sh says what a program cannot say itself: that it was short of memory."""
 import pathlib
 import subprocess
-import tempfile
-import unittest
+
+from folder_case import FolderTest
+
 
 RUN_JOB = pathlib.Path(__file__).resolve().parents[2] / "scripts/run_job.sh"
 LOADER = "echo a: error while loading shared libraries: b.so: failed to map segment from shared object; exit 127"
 MISSING = "echo a: error while loading shared libraries: b.so: cannot open shared object file: No such file; exit 127"
 
 
-class RunJobTest(unittest.TestCase):
+class RunJobTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.logs = pathlib.Path(folder.name, "logs")
+        self.logs = self.folder / "logs"
         self.logs.mkdir()
 
     def run_job(self, command, limit="true"):
@@ -47,7 +45,3 @@ class RunJobTest(unittest.TestCase):
         for command in ("exit 1", "exit 2", "exit 127", MISSING, "exit 134", "exit 139"):
             with self.subTest(command):
                 self.assertNotIn("memory", self.run_job(command)[1])
-
-
-if __name__ == "__main__":
-    unittest.main()

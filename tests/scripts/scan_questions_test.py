@@ -2,7 +2,6 @@
 """QUERY, NEAR, NEAR_RADIUS and TURN of make where a site is asked for laser scans."""
 
 import os
-import unittest
 
 from config_folder import CONFIG, PREVIEW, ConfigFolder
 from nightmap_site.pipeline import read_pipeline
@@ -107,7 +106,3 @@ class AsksTest(ConfigFolder):
         self.write("configs/pipeline.toml", '[queries]\npurpose = "lists"\nasks = "songs"\nout.list = "queries.txt"\n')
         with self.assertRaisesRegex(PipelineError, r'pipeline.toml:3: \[queries\]: asks = "songs" is none of pictures, scans'):
             read_pipeline("configs")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Words of make localize, metrics.json and the page on laser scans that were located."""
 
-import json
-import tempfile
-import unittest
-from pathlib import Path
-
 import fake_site
 import laser_site
+from folder_case import SiteFolderTest
 from nightmap_site.query_results import asked_names
 from nightmap_site.site import Site
 
@@ -18,10 +14,10 @@ NAMES = ("own.log", "../wake.log#1", "../wake.log#2", "../turn.log")
 FACING_Y = "0,0,0.70710678,0.70710678"
 
 
-class ScanResultsTest(unittest.TestCase):
+class ScanResultsTest(SiteFolderTest):
+    SITE = "hall"
+
     def setUp(self):
-        self.root = Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.site_dir = self.root / "maps" / "hall"
         laser_site.write_site(self.site_dir)
         self.write("config/profile.toml", 'profile = "laser"\nimports = []\n')
         self.write("config/queries/hall.toml", '[[query]]\nscans = "own.log"\n')
@@ -31,33 +27,13 @@ class ScanResultsTest(unittest.TestCase):
         results = (located, located, "not_in_map,low_score,181,20,0,0,0,0,0,,,,,,,", located)
         self.write("localize/queries.csv", "\n".join((HEADER, *(f"{i},{i},{name},{results[i]}" for i, name in enumerate(NAMES)))) + "\n")
 
-    def write(self, name, text):
-        path = self.site_dir / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-
-    def run_script(self, script, *arguments):
-        result = fake_site.run(script, *arguments)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return result.stdout
-
-    def metrics(self):
-        out = self.site_dir / "evaluate" / "metrics.json"
-        self.run_script("evaluate.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        return json.loads(out.read_text())
-
-    def page(self):
-        out = self.site_dir / "report" / "index.html"
-        self.run_script("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
-        return out.read_text()
-
     def test_the_scans_of_query_are_those_of_its_logs(self):
         self.assertEqual(asked_names(Site(self.site_dir)), set(NAMES[1:]))
         self.write("config/asked/hall.toml", "")
         self.assertEqual(asked_names(Site(self.site_dir)), set())
 
     def test_the_heading_is_where_the_robot_points(self):
-        lines = self.run_script("show_queries.py", self.site_dir).splitlines()
+        lines = fake_site.run("show_queries.py", self.site_dir).stdout.splitlines()
         self.assertEqual([line.split()[0] for line in lines], ["scan", *NAMES[1:], "1"])
         self.assertEqual(lines[1].split(), ["../wake.log#1", "located", "1.50", "-2.00", "0.00", "90", "1.2", "0.30"])
         self.assertEqual(lines[2].split(), ["../wake.log#2", "not_in_map", "low_score"])
@@ -71,7 +47,7 @@ class ScanResultsTest(unittest.TestCase):
 
     def test_the_page_names_scans_and_shows_no_pictures(self):
         self.metrics()
-        page = self.page()
+        page = self.report()
         section = page[page.index(">Queries<"):]
         section = section[:section.index("</section>")]
         self.assertIn("<th>scan</th>", section)
@@ -84,7 +60,3 @@ class ScanResultsTest(unittest.TestCase):
         result = fake_site.run("show_queries.py", self.site_dir)
         self.assertEqual(result.returncode, 1)
         self.assertRegex(result.stderr, "^error: .*queries/queries.txt.*delete the file and run make again\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,12 +2,12 @@
 """seeds.py: medians, missing values, and the insertion into a page."""
 
 import json
-import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
 import fake_site
+from folder_case import FolderTest
 import seeds
 
 
@@ -79,30 +79,23 @@ class RunTest(unittest.TestCase):
         self.assertIn("SET=grid.a=1 synthesize.seed=3", run.call_args.args[0])
 
 
-class CollectTest(unittest.TestCase):
+class CollectTest(FolderTest):
     def test_collects_and_writes(self):
-        with tempfile.TemporaryDirectory() as folder:
-            root = Path(folder)
-            for seed in range(2):
-                out = root / f"seed_{seed}" / "office" / "evaluate"
-                out.mkdir(parents=True)
-                (out / "metrics.json").write_text(json.dumps(metrics(0.02)))
-            page = root / "page.md"
-            page.write_text("<!-- accuracy:begin --><!-- accuracy:end -->")
-            arguments = ("office", "--seeds", "2", "--maps", root, "--no-run", "--page", page)
-            result = fake_site.run("seeds.py", *arguments)
-            self.assertEqual(result.returncode, 0, result.stderr)
-            self.assertIn("| 2.00 |", page.read_text())
-            self.assertEqual(fake_site.run("seeds.py", "office", "--seeds", "0").returncode, 2)
-            more = ("office", "--seeds", "3", "--maps", root, "--no-run")
-            missing = fake_site.run("seeds.py", *more)
-            self.assertEqual(missing.returncode, 1)
-            for content in ("", "[", '{"trajectory": {"se3": {"ate_rmse_m": "0.1"}}}', '{"queries": {"num_wrong": 1e999}}'):
-                (out / "metrics.json").write_text(content)
-                damaged = fake_site.run("seeds.py", *arguments)
-                self.assertEqual(damaged.returncode, 1)
-                self.assertRegex(damaged.stderr, "^error: .*seed_1/office/evaluate/metrics.json[^\n]*delete the file[^\n]*\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()
+        for seed in range(2):
+            out = self.folder / f"seed_{seed}" / "office" / "evaluate"
+            out.mkdir(parents=True)
+            (out / "metrics.json").write_text(json.dumps(metrics(0.02)))
+        page = self.write("page.md", "<!-- accuracy:begin --><!-- accuracy:end -->")
+        arguments = ("office", "--seeds", "2", "--maps", self.folder, "--no-run", "--page", page)
+        result = fake_site.run("seeds.py", *arguments)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("| 2.00 |", page.read_text())
+        self.assertEqual(fake_site.run("seeds.py", "office", "--seeds", "0").returncode, 2)
+        more = ("office", "--seeds", "3", "--maps", self.folder, "--no-run")
+        missing = fake_site.run("seeds.py", *more)
+        self.assertEqual(missing.returncode, 1)
+        for content in ("", "[", '{"trajectory": {"se3": {"ate_rmse_m": "0.1"}}}', '{"queries": {"num_wrong": 1e999}}'):
+            (out / "metrics.json").write_text(content)
+            damaged = fake_site.run("seeds.py", *arguments)
+            self.assertEqual(damaged.returncode, 1)
+            self.assertRegex(damaged.stderr, "^error: .*seed_1/office/evaluate/metrics.json[^\n]*delete the file[^\n]*\n$")

@@ -2,11 +2,9 @@
 """show_queries.py: which pictures it shows, where they are, and that the report puts those of QUERY first."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
 
 import fake_site
+from folder_case import SiteFolderTest
 from nightmap_eval.camera.report_queries import query_section
 from nightmap_site.query_results import asked_names
 from nightmap_site.site import Site
@@ -19,19 +17,11 @@ ASKED = '[[query]]\npictures = "a.jpg"\n[[query]]\npictures = "b.jpg"\n'
 LOOKING_ALONG_Y = "-0.70710678,0,0,0.70710678"
 
 
-class ShowQueriesTest(unittest.TestCase):
+class ShowQueriesTest(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "office"
         self.write("config/queries/office.toml", SITE)
         self.write("config/asked/office.toml", "")
         self.write_queries(num_own=20, asked=())
-
-    def write(self, name, text):
-        path = self.site_dir / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
 
     def write_queries(self, num_own, asked):
         """Own queries, of which the last is not located, then those of QUERY."""
@@ -94,7 +84,3 @@ class ShowQueriesTest(unittest.TestCase):
         self.assertEqual(places, sorted(places))
         self.assertEqual(page.count("<tr><td>"), 14)
         self.assertIn("12 of the site&#x27;s 20 queries", page)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -153,7 +153,3 @@ class SiteConfigsTest(ConfigFolder):
             with self.subTest(changes):
                 self.assertIn(message, self.refused(**changes))
         self.assertFalse(os.path.exists(CONFIG))
-
-
-if __name__ == "__main__":
-    unittest.main()

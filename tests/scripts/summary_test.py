@@ -39,7 +39,3 @@ class SummaryTest(unittest.TestCase):
 
     def test_no_tests(self):
         self.assertEqual(list(with_summary(SUMMARY, lambda: self.fail("there is no log"))), SUMMARY)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trajectories, alignment and metrics."""
 
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 from fake_site import moved, rotation_about, walk, write_tum
+from folder_case import FolderTest
 from nightmap_eval.query_errors import query_summary, recall_percent
 from nightmap_eval.trajectory import (
     Trajectory,
@@ -48,13 +47,9 @@ class RotationTest(unittest.TestCase):
             self.assertAlmostEqual(angles_deg(rotation[None])[0], angle_deg, places=9)
 
 
-class TumTest(unittest.TestCase):
+class TumTest(FolderTest):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = Path(self.folder.name) / "t.tum"
-
-    def tearDown(self):
-        self.folder.cleanup()
+        self.path = self.folder / "t.tum"
 
     def read(self, text):
         self.path.write_text(text)
@@ -228,7 +223,3 @@ class RecallTest(unittest.TestCase):
     def test_no_queries_have_no_recall(self):
         summary = query_summary(np.zeros(0), np.zeros(0), 0)
         self.assertIsNone(summary["recall_5cm_5deg_percent"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -35,7 +35,3 @@ class NoiseTest(unittest.TestCase):
         self.assertAlmostEqual(excess, figures["map_truth_deg"] ** 2, delta=0.1)
         swapped = truth_noise.noise(self.wheels, self.exact, self.noisy)
         self.assertGreater(swapped["wheels_map_deg"], swapped["wheels_truth_deg"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,11 +3,9 @@
 
 import json
 import os
-import tempfile
-import unittest
-from pathlib import Path
 
-import fake_site  # noqa: F401  (finds the scripts)
+from folder_case import SiteFolderTest  # first: it makes scripts and benchmarks importable
+
 import remove_leftovers
 from nightmap_make.graph import Graph
 from nightmap_make.site_state import SiteState
@@ -29,21 +27,12 @@ def floors_json(*yamls, numbers=None):
     return json.dumps({"format": "nightmap floors", "version": 2, "floors": rows})
 
 
-class SiteFolder(unittest.TestCase):
+class SiteFolder(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "office"
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
         self.write("queries/queries.txt", QUERIES)
-
-    def write(self, name, content):
-        path = self.site_dir / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
 
 
 class ListsTest(SiteFolder):
@@ -182,7 +171,3 @@ class LeftoversTest(SiteFolder):
         self.assertTrue((self.site_dir / "loops").exists())
         self.assertFalse((self.site_dir / "odometry").exists())
         self.removed(self.graph(), stay + go, [])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,25 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """unknown_lens.py: what its cases leave of a camera, and the figures of a row."""
 
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-import fake_site
+from folder_case import FolderTest
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench"))
-
-import unknown_lens as bench  # noqa: E402
+import unknown_lens as bench
 
 COLOR = {"width": 640, "height": 480, "fx": 500.0, "fy": 501.0, "cx": 300.0, "cy": 230.0, "k1": 0.1, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
 CAMERA = {"camera_id": "color", "color": COLOR}
 
 
-class CamerasTest(unittest.TestCase):
+class CamerasTest(FolderTest):
     def test_a_calibrated_camera_stays(self):
         self.assertEqual(bench.as_known(CAMERA, bench.Case("", None)), CAMERA)
 
@@ -33,13 +28,12 @@ class CamerasTest(unittest.TestCase):
         self.assertAlmostEqual(np.degrees(2 * np.arctan(320 / color["fx"])), bench.USUAL_FOV_DEG)
 
     def test_a_crop_keeps_the_middle(self):
-        with tempfile.TemporaryDirectory() as folder:
-            data, cropped = Path(folder) / "data", Path(folder) / "cropped"
-            data.mkdir()
-            pixels = np.arange(200, dtype=np.uint8).reshape(10, 20)
-            Image.fromarray(pixels).save(data / "a.png")
-            bench.crop_pictures(["a.png"], data, cropped, 0.5)
-            self.assertEqual(np.asarray(Image.open(cropped / "a.png")).tolist(), pixels[2:7, 5:15].tolist())
+        data, cropped = self.folder / "data", self.folder / "cropped"
+        data.mkdir()
+        pixels = np.arange(200, dtype=np.uint8).reshape(10, 20)
+        Image.fromarray(pixels).save(data / "a.png")
+        bench.crop_pictures(["a.png"], data, cropped, 0.5)
+        self.assertEqual(np.asarray(Image.open(cropped / "a.png")).tolist(), pixels[2:7, 5:15].tolist())
         color = bench.as_known(CAMERA, bench.Case("", 0.05, 1.0, 0.5))["color"]
         self.assertEqual((color["width"], color["height"], color["cx"]), (320, 240, 159.5))
 
@@ -53,7 +47,3 @@ class RowTest(unittest.TestCase):
     def test_no_picture_located(self):
         nothing = np.zeros(0)
         self.assertEqual(bench.row("case", nothing, nothing, nothing, 4, 5, 1)[:4], ["case", "4", "0", "0"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,11 +2,9 @@
 """A file of objects becomes the one that a site's config names; what is wrong is refused before anything is written."""
 
 import os
-import tempfile
-import unittest
-from pathlib import Path
 
 import fake_site
+from folder_case import FolderTest
 
 TEXT = ('format: nightmap objects\nversion: 1\nobjects:\n  - name: "column"\n    x_m: 1.000\n    y_m: -0.500\n    size_x_m: 1.000\n'
         "    size_y_m: 0.600\n    angle_deg: 0.000\n")  # fmt: skip
@@ -14,20 +12,16 @@ LASER = 'profile = "laser"\n'
 NAMED = LASER + '[import]\nobjects = "own.yaml"\n'
 
 
-class UseObjectsTest(unittest.TestCase):
+class UseObjectsTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
         self.addCleanup(os.chdir, os.getcwd())
         os.chdir(fake_site.CHECKOUT)  # as make does
-        self.root = Path(folder.name)
-        self.data = self.root / "data"
+        self.data = self.folder / "data"
         self.data.mkdir()
-        self.site = self.root / "hall.toml"
+        self.site = self.folder / "hall.toml"
 
     def run_it(self, config, text=TEXT, *arguments):
-        drawn = self.root / "drawn.yaml"
-        drawn.write_text(text)
+        drawn = self.write("drawn.yaml", text)
         if config is not None:
             self.site.write_text(config)
         return fake_site.run("use_objects.py", "--site", self.site, "--data", self.data, *arguments, drawn)
@@ -35,7 +29,7 @@ class UseObjectsTest(unittest.TestCase):
     def check_refused(self, code, said, config, text=TEXT, *arguments):
         result = self.run_it(config, text, *arguments)
         self.assertEqual((result.returncode, said in result.stderr), (code, True), result.stderr)
-        self.assertEqual(sorted(path.name for path in self.root.rglob("*.yaml*")), ["drawn.yaml"])
+        self.assertEqual(sorted(path.name for path in self.folder.rglob("*.yaml*")), ["drawn.yaml"])
         self.assertEqual(self.site.read_text() if config is not None else None, config)
 
     def test_the_file_that_was_there_is_kept(self):
@@ -51,7 +45,7 @@ class UseObjectsTest(unittest.TestCase):
         self.check_refused(2, "by hand", LASER + "import = { wheels = \"a\" }\n")
 
     def test_a_name_outside_of_the_data_is_refused(self):
-        for name in ("../own.yaml", str(self.root / "own.yaml")):
+        for name in ("../own.yaml", str(self.folder / "own.yaml")):
             self.check_refused(2, "leads out of DATA", NAMED.replace("own.yaml", name))
         self.check_refused(2, "Make reads this path", NAMED.replace("own.yaml", "o$n.yaml"))
 
@@ -69,7 +63,3 @@ class UseObjectsTest(unittest.TestCase):
                            (TEXT.replace("1.000", ".nan"), "download it"), (TEXT.replace("nightmap ", ""), "format")):  # fmt: skip
             self.check_refused(1, said, NAMED, text)
         self.assertEqual(self.run_it(NAMED, "format: nightmap objects\nversion: 1\nobjects: []\n").returncode, 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,10 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_held_out: one look-alike is no fault, several scans found elsewhere are, and so is a map whose drawings of a place lie apart."""
-
-import tempfile
-import unittest
-from pathlib import Path
 
 import numpy as np
 
 from fake_site import write_tum
+from folder_case import FolderTest
 from nightmap_eval.laser.scan_relocalization import read_scans
 from nightmap_eval.laser.verdict_held_out import held_out_checks
 from nightmap_eval.trajectory import Trajectory
@@ -31,12 +27,7 @@ def located(folder, errors_m, num_ambiguous=0):
     return read_scans(folder / "queries.csv", folder / "truth.tum")
 
 
-class HeldOutTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class HeldOutTest(FolderTest):
     def checks(self, errors_m, **ambiguous):
         return {item.name: item for item in held_out_checks(located(self.folder, errors_m, **ambiguous))}
 
@@ -69,7 +60,3 @@ class HeldOutTest(unittest.TestCase):
         self.assertEqual([item.verdict for item in found.values()], [NOT_KNOWN])
         self.assertIn("9 of 39 scans", found[ELSEWHERE].advice)
         self.assertEqual([item.verdict for item in self.checks([]).values()], [NOT_KNOWN])
-
-
-if __name__ == "__main__":
-    unittest.main()

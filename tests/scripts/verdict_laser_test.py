@@ -1,25 +1,19 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_laser: of a robot without wheels in bare corridors nobody can know how far it went, and the verdict says so."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
-import fake_site  # noqa: F401  finds the scripts
+from folder_case import FolderTest
 from nightmap_eval.laser.verdict_laser import unclear_checks
 from nightmap_eval.verdict.verdict import GOOD, LOOK, REFUSE
 from nightmap_site.script_errors import DataError
 
 
-class UnclearTest(unittest.TestCase):
+class UnclearTest(FolderTest):
     def checks(self, **report):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "report.json"
-            path.write_text(json.dumps(report))
-            return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
+        path = self.write("report.json", json.dumps(report))
+        return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
 
     def test_a_share_of_the_scans_without_wheels(self):
         for num_unclear, verdict in ((0, GOOD), (40, GOOD), (60, LOOK), (240, LOOK), (250, REFUSE), (800, REFUSE)):
@@ -39,7 +33,3 @@ class UnclearTest(unittest.TestCase):
     def test_a_damaged_report_is_named(self):
         with self.assertRaisesRegex(DataError, r"report\.json"):
             self.checks(num_scans="many", num_scans_unclear=1, odometry_sensor="")
-
-
-if __name__ == "__main__":
-    unittest.main()

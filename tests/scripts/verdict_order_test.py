@@ -58,7 +58,3 @@ class OrderTest(unittest.TestCase):
         found = verdict_order.is_right_after(frames_named(["a"] * 7, times_s, sequences))
         self.assertEqual(found.tolist(), [False, True, False, True, False, False, False])
         self.assertEqual(verdict_order.is_right_after(frames_named(["a"], [0])).tolist(), [False])
-
-
-if __name__ == "__main__":
-    unittest.main()

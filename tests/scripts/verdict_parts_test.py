@@ -1,31 +1,26 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_parts: parts of a laser's way between which nothing is known are joined by loops, or the map is not used."""
 
-import tempfile
-import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
-import fake_site  # noqa: F401  finds the scripts
 import numpy as np
+from folder_case import FolderTest
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.verdict.verdict import GOOD, REFUSE
 from nightmap_eval.verdict.verdict_parts import part_checks, parts_apart
 from nightmap_site.script_errors import DataError
 
 
-class PartsTest(unittest.TestCase):
+class PartsTest(FolderTest):
     def checks(self, sigmas_rad, loops, covariances=None):
         """sigmas_rad: of the heading, of each edge."""
-        with tempfile.TemporaryDirectory() as folder:
-            made = {"odometry": Path(folder) / "edges.h5", "pose_graph": Path(folder) / "loops.csv"}
-            with sealed(made["odometry"]) as file:
-                rows = np.zeros((len(sigmas_rad), 36))
-                rows[:, 14] = np.square(sigmas_rad)
-                file["covariance"] = rows if covariances is None else covariances
-            made["pose_graph"].write_text("frame_a,frame_b,status,reason\n" + "".join(f"{a},{b},{status},\n" for a, b, status in loops))
-            return list(part_checks(SimpleNamespace(made=lambda job, output: made[job])))
+        made = {"odometry": self.folder / "edges.h5", "pose_graph": self.folder / "loops.csv"}
+        with sealed(made["odometry"]) as file:
+            rows = np.zeros((len(sigmas_rad), 36))
+            rows[:, 14] = np.square(sigmas_rad)
+            file["covariance"] = rows if covariances is None else covariances
+        made["pose_graph"].write_text("frame_a,frame_b,status,reason\n" + "".join(f"{a},{b},{status},\n" for a, b, status in loops))
+        return list(part_checks(SimpleNamespace(made=lambda job, output: made[job])))
 
     def test_a_way_of_one_part(self):
         [found] = self.checks([0.01] * 10, [])
@@ -53,7 +48,3 @@ class PartsTest(unittest.TestCase):
     def test_a_damaged_file_is_named(self):
         with self.assertRaisesRegex(DataError, r"edges\.h5"):
             self.checks([], [], np.zeros(3))
-
-
-if __name__ == "__main__":
-    unittest.main()

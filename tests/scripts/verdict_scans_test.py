@@ -3,14 +3,12 @@
 
 import json
 import re
-import tempfile
 import unittest
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-import fake_site  # noqa: F401  finds the scripts
+from folder_case import FolderTest
 from nightmap_eval.laser import verdict_scans
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.signals import RangeTable, Samples, of_one_place, range_table, sectors_text
@@ -74,10 +72,7 @@ def _write_signals(path, sensor, times_s, values, ranges, mounting):
         file["range_m"] = ranges.astype(np.float32).reshape(-1, 1)
 
 
-class LogTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class LogTest(FolderTest):
     def checks(self, log):
         log.write(self.folder)
         return {item.name: item for item in verdict_scans.checks(Site(self.folder))}
@@ -242,7 +237,3 @@ class TableTest(unittest.TestCase):
         here, turned, elsewhere = ranges_m(poses, CIRCLE)
         self.assertTrue(of_one_place(here, turned))
         self.assertFalse(of_one_place(here, elsewhere))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -14,6 +14,7 @@ import numpy as np
 
 import fake_site
 from fake_site import walk
+from folder_case import SiteFolderTest
 from nightmap_eval.dense import verdict_cloud
 from nightmap_eval.survey import COLUMNS
 from nightmap_eval.verdict import verdict_calibration, verdict_depth, verdict_recording, verdict_way
@@ -99,15 +100,10 @@ class DepthTest(unittest.TestCase):
         self.assertEqual(verdict_depth.shift_of(survey), 0)
 
 
-class MapTest(unittest.TestCase):
+class MapTest(SiteFolderTest):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.site_dir = Path(self.folder.name) / "maps" / "office"
         fake_site.write_site(self.site_dir)
         self.site = Site(self.site_dir)
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def write(self, job, **report):
         path = self.site.path(job, "report")
@@ -293,7 +289,3 @@ class MapTest(unittest.TestCase):
         result = fake_site.run("verdict.py", "--site-dir", self.site_dir, "--out", out)
         self.assertEqual(json.loads(out.read_text())["needs"], needs, result.stderr)
         self.assertIn(needs_line(needs), result.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

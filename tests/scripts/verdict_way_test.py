@@ -13,6 +13,7 @@ import numpy as np
 
 import fake_site
 from fake_site import rotation_about, walk
+from folder_case import FolderTest
 from nightmap_eval.artifacts import BRIDGED, STARTED
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, quaternion
@@ -84,16 +85,12 @@ class SpeedTest(unittest.TestCase):
         self.assertEqual(len(verdict_way.speeds(way, frames_of(way, np.arange(40)))), 0)
 
 
-class SiteTest(unittest.TestCase):
+class SiteTest(FolderTest):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        site_dir = Path(self.folder.name) / "maps" / "office"
+        site_dir = self.folder / "maps" / "office"
         self.estimate = fake_site.write_site(site_dir)
         self.site = Site(site_dir)
         self.write_json("map_frame")
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def write_json(self, job, **report):
         self.site.path(job, "report").write_text(json.dumps(report))
@@ -165,7 +162,3 @@ class FloorTest(unittest.TestCase):
 
     def test_the_way_of_a_laser_has_no_camera_over_a_floor(self):
         self.assertEqual(self.judged(num_scans=845), {})
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,9 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """verdict_wheels: of a map's motion and that of the wheels, the check that fails, the cause it names and the values to write, which are
 those of the scanner as it is."""
 
 import math
 import re
-import tempfile
-import unittest
-from pathlib import Path
-from unittest import mock
 
 import numpy as np
 
@@ -44,24 +39,17 @@ def write_wheels(path, wheels):
         file["time_ns"], file["value"] = wheels.times_ns[:, None], to_rows(wheels)
 
 
-class VerdictWheelsTest(unittest.TestCase):
+class VerdictWheelsTest(laser_site.LaserFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        root = Path(folder.name)
-        laser_site.write_configs(root / "configs")
-        configs = mock.patch("nightmap_site.site.CONFIGS", root / "configs")
-        configs.start()
-        self.addCleanup(configs.stop)
-        self.folder = root / "lab"
-        laser_site.write_site(self.folder)
+        super().setUp()
+        laser_site.write_site(self.site_dir)
 
     def checks(self, on_map, by_wheels=None, start_deg=-180, step_deg=1, beams=360, yaw_deg=0):
         """Checks of a map and of wheels as (ways, turns), and of a scanner as the site config describes it."""
-        write_scanner(self.folder / "frames/scans.h5", start_deg, step_deg, beams, yaw_deg)
-        write_wheels(self.folder / "frames/odometry.h5", driven(*(by_wheels or steps())))
-        found = {item.name: item for item in wheel_checks(Site(self.folder), driven(*on_map))}
-        (self.folder / "frames/odometry.h5").unlink()
+        write_scanner(self.site_dir / "frames/scans.h5", start_deg, step_deg, beams, yaw_deg)
+        write_wheels(self.site_dir / "frames/odometry.h5", driven(*(by_wheels or steps())))
+        found = {item.name: item for item in wheel_checks(Site(self.site_dir), driven(*on_map))}
+        (self.site_dir / "frames/odometry.h5").unlink()
         return found
 
     def advice(self, found, failed):
@@ -80,7 +68,7 @@ class VerdictWheelsTest(unittest.TestCase):
         self.assertEqual({name: item.verdict for name, item in found.items()}, dict.fromkeys((TURNS, WAYS, DIRECTION), GOOD))
 
     def test_without_wheels_nothing_is_said(self):
-        self.assertEqual(list(wheel_checks(Site(self.folder), driven(*steps()))), [])
+        self.assertEqual(list(wheel_checks(Site(self.site_dir), driven(*steps()))), [])
 
     def test_a_robot_that_hardly_moved_is_not_known(self):
         rest = (np.zeros(200, complex), np.zeros(200))
@@ -156,7 +144,3 @@ class VerdictWheelsTest(unittest.TestCase):
         self.assertIn("in some places and right in others", advice)
         self.assertIn("bare corridors", advice)
         self.assertNotIn("multiply", advice)
-
-
-if __name__ == "__main__":
-    unittest.main()

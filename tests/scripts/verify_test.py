@@ -3,11 +3,9 @@
 
 import json
 import os
-import tempfile
-import unittest
-from pathlib import Path
 
 import fake_site
+from folder_case import SiteFolderTest
 from nightmap_site.receipts import Hashes
 
 DAMAGED = (b"", b"{", b"[]", b"5", b"{}", b'{"inputs": [], "outputs": []}', b'{"inputs": [5], "outputs": []}', b"\xff\xfe",
@@ -15,21 +13,12 @@ DAMAGED = (b"", b"{", b"[]", b"5", b"{}", b'{"inputs": [], "outputs": []}', b'{"
            b'{"inputs": [], "outputs": [{"path": "report.json", "name": "report.json"}]}')
 
 
-class VerifyTest(unittest.TestCase):
+class VerifyTest(SiteFolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir = Path(folder.name) / "maps" / "office"
         self.frames = self.write("frames/shard_0000.csv", "frames")
         self.write("frames/shards.txt", "nightmap shards, version 1, 1 names\n0000\n")
         for shard in ("0000", "0001"):
             self.run_of_features(shard)
-
-    def write(self, name, text):
-        path = self.site_dir / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-        return path
 
     def run_of_features(self, shard):
         """Files of a run in a folder that was moved since."""
@@ -71,10 +60,4 @@ class VerifyTest(unittest.TestCase):
         self.assertIn(f"{path}: not a file", self.verify(1).stderr)
 
     def test_no_receipts(self):
-        result = fake_site.run("verify.py", self.site_dir / "elsewhere")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("run make map first", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.check_failed(fake_site.run("verify.py", self.site_dir / "elsewhere"), "run make map first")

@@ -139,7 +139,3 @@ class DoubledTest(unittest.TestCase):
         grid = walls([0.0, 0.3])
         grid.cells[63, 50] = OCCUPIED
         self.assertGreater(wall_metrics(grid)["doubled_percent"], 98)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,14 +2,13 @@
 """Walls, doors and floors of a made-up building in grids that have them, and in grids that do not."""
 
 import json
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import fake_site
 from fake_site import rotation_about
+from folder_case import FolderTest
 from nightmap_eval.floor_accuracy import evaluate_floors, read_floors
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from nightmap_eval.trajectory import Similarity
@@ -131,11 +130,9 @@ class DoorTest(unittest.TestCase):
         self.assertAlmostEqual(figures["max_door_width_error_m"], 0.7, delta=CELL_M + 1e-9)
 
 
-class FloorsTest(unittest.TestCase):
+class FloorsTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.site_dir, self.truth_dir = Path(folder.name) / "site", Path(folder.name) / "truth"
+        self.site_dir, self.truth_dir = self.folder / "site", self.folder / "truth"
         pixels = np.array([205, 254, 0], dtype=np.uint8)[rooms()]
         for folder, names in ((self.site_dir / "grid", ("map", "floor_1")),
                               (self.truth_dir, ("floor_plan", "floor_plan_1"))):  # fmt: skip
@@ -187,7 +184,3 @@ class FloorsTest(unittest.TestCase):
             self.write_floors([0.0], **wrong)
             with self.assertRaisesRegex(DataError, "floors.json"):
                 read_floors(Site(self.site_dir))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,17 +5,15 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
-import unittest
+
+from folder_case import FolderTest
+
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "when_changed.py"
 
 
-class WhenChangedTest(unittest.TestCase):
+class WhenChangedTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
         self.config = self.folder / "configs/dense/default/grid.toml"
         self.config.parent.mkdir(parents=True)
         self.config.write_text("a = 1\n")
@@ -84,7 +82,3 @@ class WhenChangedTest(unittest.TestCase):
     def test_it_always_runs_at_night(self):
         self.runs()
         self.assertTrue(self.runs(NIGHTMAP_NIGHTLY="1"))
-
-
-if __name__ == "__main__":
-    unittest.main()

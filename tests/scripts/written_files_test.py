@@ -2,11 +2,9 @@
 """Artifacts that are not what their receipts say: the scripts refuse them by name."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
 
 import fake_site
+from folder_case import FolderTest
 from nightmap_site.job_results import StageResult
 from nightmap_site.receipts import hash_bytes
 from nightmap_site.script_errors import DataError
@@ -19,12 +17,9 @@ def write_receipt(path, *files, then="/then/site"):
     path.write_text(json.dumps({"format": "nightmap receipt", "inputs": [], "outputs": outputs}))
 
 
-class WrittenFilesTest(unittest.TestCase):
+class WrittenFilesTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-        self.job = self.root / "site" / "tiles"
+        self.job = self.folder / "site" / "tiles"
         self.job.mkdir(parents=True)
 
     def write(self, name, content="as written"):
@@ -70,32 +65,27 @@ class WrittenFilesTest(unittest.TestCase):
             StageResult(self.job)
 
 
-class ScriptsTest(unittest.TestCase):
+class ScriptsTest(FolderTest):
     """evaluate.py and report.py on a site with receipts, one of whose files changed."""
 
     def test_each_file_is_named(self):
-        with tempfile.TemporaryDirectory() as folder:
-            site = Path(folder) / "maps" / "office"
-            estimate = fake_site.write_site(site)
-            fake_site.write_queries(site, estimate.select(range(3)), 2)
-            fake_site.write_map(site / "grid", "map", fake_site.room_pixels())
-            (site / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,39,accepted,\n")
-            changes = {"map_frame/trajectory.tum": "evaluate.py", "frames/shard_0001.csv": "evaluate.py", "localize/queries.csv": "evaluate.py",
-                       "pose_graph/loops.csv": "evaluate.py", "frames/shards.txt": "evaluate.py", "grid/map.pgm": "report.py"}  # fmt: skip
-            for name, script in changes.items():
-                path = site / name
-                write_receipt(path.parent / "receipt.json", path)
-                self.assertEqual(self.run_script(site, script).returncode, 0)
-                before = path.read_bytes()
-                path.write_bytes(before[:-2] + bytes([before[-2] ^ 1]) + before[-1:])
-                result = self.run_script(site, script)
-                path.write_bytes(before)
-                self.assertEqual(result.returncode, 1, name)
-                self.assertRegex(result.stderr, f"^error: \\S+{name}: is not the file that the job wrote[^\n]*\n$")
+        site = self.folder / "maps" / "office"
+        estimate = fake_site.write_site(site)
+        fake_site.write_queries(site, estimate.select(range(3)), 2)
+        fake_site.write_map(site / "grid", "map", fake_site.room_pixels())
+        (site / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,39,accepted,\n")
+        changes = {"map_frame/trajectory.tum": "evaluate.py", "frames/shard_0001.csv": "evaluate.py", "localize/queries.csv": "evaluate.py",
+                   "pose_graph/loops.csv": "evaluate.py", "frames/shards.txt": "evaluate.py", "grid/map.pgm": "report.py"}  # fmt: skip
+        for name, script in changes.items():
+            path = site / name
+            write_receipt(path.parent / "receipt.json", path)
+            self.assertEqual(self.run_script(site, script).returncode, 0)
+            before = path.read_bytes()
+            path.write_bytes(before[:-2] + bytes([before[-2] ^ 1]) + before[-1:])
+            result = self.run_script(site, script)
+            path.write_bytes(before)
+            self.assertEqual(result.returncode, 1, name)
+            self.assertRegex(result.stderr, f"^error: \\S+{name}: is not the file that the job wrote[^\n]*\n$")
 
     def run_script(self, site, script):
         return fake_site.run(script, "--site-dir", site, "--data", site.parent, "--out", site / "out")
-
-
-if __name__ == "__main__":
-    unittest.main()

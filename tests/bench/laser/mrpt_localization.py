@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import checkout  # noqa: E402, F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.artifacts import read_hdf5  # noqa: E402
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid  # noqa: E402
+from nightmap_eval.planar_poses import to_rows, wrapped_rad  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 from nightmap_site.checked_reading import using  # noqa: E402
 from nightmap_site.script_errors import DataError, run_main  # noqa: E402
@@ -124,14 +125,7 @@ def true_poses(path, queries):
     missing = [query.time_ns for query in queries if query.time_ns not in row]
     if missing:
         raise DataError(f"{path}: no pose at {missing[0]} ns, the time of a query; give the truth of the same queries")
-    chosen = truth.select([row[query.time_ns] for query in queries])
-    rotations = chosen.rotations()
-    return np.column_stack([chosen.positions_m[:, :2], np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])])
-
-
-def wrap(angle_rad):
-    """In [-pi, pi)."""
-    return (np.asarray(angle_rad) + np.pi) % (2 * np.pi) - np.pi
+    return to_rows(truth.select([row[query.time_ns] for query in queries]))
 
 
 def input_text(grid, queries, ignore_rough):
@@ -160,10 +154,10 @@ def results(text, grid, truth, converged_m):
             row[name] = int(row[name])
         cell = row["x_m"] / grid.resolution_m, row["y_m"] / grid.resolution_m
         row["x_m"], row["y_m"] = (float(value) for value in grid.from_cells(*cell))
-        row["heading_rad"] = float(wrap(row["heading_rad"] + grid.origin_yaw_rad))
+        row["heading_rad"] = float(wrapped_rad(row["heading_rad"] + grid.origin_yaw_rad))
         x, y, heading_rad = truth[row["query"]]
         row["error_m"] = float(np.hypot(row["x_m"] - x, row["y_m"] - y))
-        row["error_deg"] = float(np.degrees(abs(wrap(row["heading_rad"] - heading_rad))))
+        row["error_deg"] = float(np.degrees(abs(wrapped_rad(row["heading_rad"] - heading_rad))))
         row["deviation_m"] = float(np.sqrt(row["variance_x_m2"] + row["variance_y_m2"]))
         row["converged"] = row["deviation_m"] < converged_m
         rows.append(row)
