@@ -69,6 +69,9 @@ for path in "${outputs[@]}"; do
     */floors.json)
       echo '{"format": "nightmap floors", "version": 2, "floors": [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]}' >"$path"
       ;;
+    */localize/queries.csv)
+      echo 'color_path,status,reason,tx_m,ty_m,tz_m,qx,qy,qz,qw,position_sigma_m,rotation_sigma_deg' >"$path"
+      ;;
     */voxel_labels/legend.json) echo "$program" >"$path" && keep "$folder/voxels.h5" voxels ;;
     *report*.json) printf '%s\n' "{\"format\": \"nightmap report\", \"version\": 1, \"stage\": \"$program\", \"num_skipped\": 0, \"skipped\": [], \"config\": \"$quoted\"}" >"$path" ;;
     *)

@@ -11,7 +11,7 @@ Image<T> Constant(T value, int width = 40, int height = 30, int num_channels = 1
   return {width, height, num_channels, std::vector<T>(num_values, value)};
 }
 
-// What a plane 2 m ahead of SomeCamera looks like to a sensor that measures along its rays.
+// A plane 2 m ahead of SomeCamera, as a sensor sees it that measures along its rays.
 RawDepthImage TwoMetresAlongTheRay(const Camera& picture) {
   RawDepthImage raw{picture.width, picture.height, 1, {}};
   for (int i = 0; i < picture.width * picture.height; ++i) {

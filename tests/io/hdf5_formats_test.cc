@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for the formats of HDF5 (corner tracks, ceiling map and pose graph have it in their
-// own tests): damage, truncation and other formats are refused, and what is read is written as the
-// same bytes.
+// All formats of HDF5 but corner tracks, ceiling map and pose graph, which have tests of their own:
+// damage, truncation and other formats are refused, and what is read is written as the same bytes.
 #include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/dense/voxel_labels_io.h"
 #include "pipeline/io/edges_io.h"

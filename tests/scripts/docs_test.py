@@ -72,8 +72,9 @@ class DocsTest(unittest.TestCase):
                     self.assertIn(recording["camera"], cameras)
 
     def test_keys_of_examples_are_known_to_the_parser(self):
-        parser = text_of("pipeline/recording/site_config.cc") + text_of("pipeline/recording/site_tables.cc")
-        known = set(re.findall(r'(?:list\.Add|table\.get)\(\s*"(\w+)"', parser))
+        parser = "".join(text_of(f"pipeline/recording/site_{name}") for name in ("config.h", "config.cc", "tables.cc"))
+        known = set(re.findall(r'(?:OPTION_AT|table\.get)\("(\w+)"|OPTION\([^,]+, (\w+),', parser))
+        known = {name for names in known for name in names}
         for block in re.findall(r"```toml\n(.*?)```", text_of("datasets.md"), re.DOTALL):
             for tables in tomllib.loads(block).values():
                 for table in tables if isinstance(tables, list) else []:
