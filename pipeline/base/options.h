@@ -8,9 +8,11 @@
 //     OPTION(std::string, planner, "astar", {"astar", "any_angle"}, "how paths are searched");
 //     OPTION(bool, thin_walls, false, "draws straight walls one cell wide");
 //     OPTIONS_OF(WheelNoise, wheels, "wheel_");  // a struct of options
-//     VocabularyTreeOptions tree;                // parameters of a library, and one that is an
-//     option OPTION_AT("depth", tree.depth, {1, 8}, "levels below the root"); REGISTER_OPTIONS();
-//     // after all of them: void Register(OptionList&)
+//
+//     VocabularyTreeOptions tree;  // parameters of a library, one of them an option
+//     OPTION_AT("depth", tree.depth, {1, 8}, "levels below the root");
+//
+//     REGISTER_OPTIONS();  // after all of them: void Register(OptionList&)
 //   };
 #pragma once
 

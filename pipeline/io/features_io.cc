@@ -117,9 +117,7 @@ void WriteFeatures(const std::filesystem::path& path,
   file.WriteList("frame_idx", frame_idx);
   file.WriteList("reference_frame_idx", reference_frame_idx);
   file.WriteList("first_feature", first_feature);
-  const auto of_all = [&](auto list) {
-    return shard.frames | std::views::transform(list) | std::views::join;
-  };
+  const auto of_all = [&](auto list) { return Flattened(shard.frames, list); };
   kKeypoints.Write(of_all(&FrameFeatures::keypoints_px), &file);
   kRawKeypoints.Write(of_all(&FrameFeatures::raw_keypoints_px), &file);
   kScales.Write(of_all(&FrameFeatures::scales_px), &file);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <ranges>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/io/hdf5_driver.h"
@@ -165,8 +164,9 @@ void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
 void Hdf5Reader::DemandIndices(const std::vector<std::vector<int>>& lists,
                                std::size_t size,
                                std::string_view field) const {
-  for (const int index : lists | std::views::join) {
-    if (index < 0 || static_cast<std::size_t>(index) >= size) {
+  for (const std::vector<int>& list : lists) {
+    for (const int index : list) {
+      if (index >= 0 && static_cast<std::size_t>(index) < size) continue;
       Fail(field, fmt::format("has index {} out of range", index));
     }
   }

@@ -14,9 +14,10 @@
 #include <functional>
 #include <iterator>
 #include <optional>
-#include <ranges>
 #include <tuple>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_stored.h"
@@ -25,6 +26,19 @@ namespace nightmap {
 
 inline constexpr std::identity kItself;  // in place of a member: the row is the value
 inline constexpr std::string_view kDoesNotFit = "is out of range or does not fit the others";
+
+// The items of the lists of all rows, one after the other. (A view would not copy them, but views
+// of GCC 12's library are none for clang 14.)
+template <typename Rows, typename List>
+auto Flattened(const Rows& rows, List list) {
+  using Items = std::remove_cvref_t<decltype(std::invoke(list, *std::begin(rows)))>;
+  std::vector<typename Items::value_type> items;
+  for (const auto& row : rows) {
+    const auto& of_row = std::invoke(list, row);
+    items.insert(items.end(), of_row.begin(), of_row.end());
+  }
+  return items;
+}
 
 // A member of a member.
 template <typename Outer, typename Inner>
@@ -189,7 +203,7 @@ class ListColumn {
       offsets.push_back(offsets.back() + static_cast<Offset>(list_of(row).size()));
     }
     file->WriteList(name_, offsets);
-    items_.Write(rows | std::views::transform(list_of) | std::views::join, file);
+    items_.Write(Flattened(rows, list_of), file);
   }
 
   template <typename Row>

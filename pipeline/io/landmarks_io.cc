@@ -127,7 +127,7 @@ void WriteLandmarks(const std::filesystem::path& path,
   writer.Write("descriptors/words", Array<std::int32_t>{rows, num_levels, map.words});
   kMapKeyframes.Write(map.keyframes, &writer);
   kLandmarkKeyframes.Write(map.landmark_keyframes, &writer);
-  kLandmarkFeatures.Write(map.landmark_features | std::views::join, &writer);
+  kLandmarkFeatures.Write(Flattened(map.landmark_features, std::identity()), &writer);
   writer.Close();
 }
 

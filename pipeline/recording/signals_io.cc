@@ -69,7 +69,9 @@ void WriteSignals(const std::filesystem::path& path,
   kSignals.Write(signals, &file);
   const auto takes_time = [](const Signal& signal) { return signal.scan_duration_s != 0; };
   if (std::ranges::any_of(signals, takes_time)) {
-    kDurations.Write(signals | std::views::transform(&Signal::scan_duration_s), &file);
+    std::vector<double> durations_s;
+    for (const Signal& signal : signals) durations_s.push_back(signal.scan_duration_s);
+    kDurations.Write(durations_s, &file);
   }
   file.Close();
 }

@@ -26,8 +26,7 @@ BundleOptions AdjustmentRounds::MakeBundleOptions() const {
 
 GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
     std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const {
-  return AdjustFrames(
-      options_, input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
+  return AdjustFrames(input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
 }
 
 // Uses a scale of one deviation: where most observations are good, the others can be ignored. On
@@ -47,8 +46,7 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
   }
   for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
   auto tracks = TracksByProjection(input_, poses, options_.retrack);
-  const auto summary =
-      AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
+  const auto summary = AdjustFrames(input_, bundle_options, std::move(tracks), motions, &poses);
   for (auto& [idx, pose] : *graph_from_keyframe) pose = poses.at(idx);
   *graph_from_camera = CarryFrames(input_.graph.chain, poses);
   return summary;

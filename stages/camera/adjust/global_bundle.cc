@@ -14,11 +14,10 @@ constexpr int kMaxTracksPerKeyframe = 250;  // longest tracks per frame that ent
 
 class FrameAdjuster {
  public:
-  FrameAdjuster(const AdjustOptions& options,
-                const AdjustInput& input,
+  FrameAdjuster(const AdjustInput& input,
                 const std::map<int, PointMotion>& motions,
                 std::map<int, Rigid3>* graph_from_frame)
-      : options_(options), input_(input), poses_(*graph_from_frame) {
+      : input_(input), poses_(*graph_from_frame) {
     problem_.calibrations.assign(input.cameras.size(), {});
     for (const auto& [frame_idx, pose] : poses_) {
       position_[frame_idx] = static_cast<int>(problem_.camera_from_world.size());
@@ -120,7 +119,6 @@ class FrameAdjuster {
     return std::sqrt(sum / std::max<double>(1, static_cast<double>(problem_.observations.size())));
   }
 
-  const AdjustOptions& options_;
   const AdjustInput& input_;
   std::map<int, Rigid3>& poses_;
   std::map<int, int> position_;  // index of a frame in the problem
@@ -129,14 +127,12 @@ class FrameAdjuster {
 
 }  // namespace
 
-GlobalBundleSummary AdjustFrames(const AdjustOptions& options,
-                                 const AdjustInput& input,
+GlobalBundleSummary AdjustFrames(const AdjustInput& input,
                                  const BundleOptions& bundle_options,
                                  std::vector<Track> tracks,
                                  const std::map<int, PointMotion>& motions,
                                  std::map<int, Rigid3>* graph_from_frame) {
-  return FrameAdjuster(options, input, motions, graph_from_frame)
-      .Run(bundle_options, std::move(tracks));
+  return FrameAdjuster(input, motions, graph_from_frame).Run(bundle_options, std::move(tracks));
 }
 
 }  // namespace nightmap

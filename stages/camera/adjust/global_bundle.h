@@ -22,8 +22,7 @@ struct GlobalBundleSummary {
 // Keeps the longest tracks of each frame and adjusts the frames' poses and the points. The first
 // frame is held fixed as the graph's gauge. `motions` are those of these frames, for the rolling
 // shutter; if empty, all frames stand still. Throws DataError when an adjustment fails.
-[[nodiscard]] GlobalBundleSummary AdjustFrames(const AdjustOptions& options,
-                                               const AdjustInput& input,
+[[nodiscard]] GlobalBundleSummary AdjustFrames(const AdjustInput& input,
                                                const BundleOptions& bundle_options,
                                                std::vector<Track> tracks,
                                                const std::map<int, PointMotion>& motions,

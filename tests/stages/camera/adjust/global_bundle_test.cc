@@ -58,7 +58,7 @@ double WorstError_m(const TwoCameras& two, const LandmarkScene& truth) {
 TEST(GlobalBundle, FindsTheDepthScaleOfTheCameraThatMeasuresShort) {
   const BundleOptions bundle_options{.max_iterations = 50, .depth = DepthCalibration::kScale};
   TwoCameras two = MakeTwoCameras();
-  const auto summary = AdjustFrames({}, two.input, bundle_options, two.tracks, {}, &two.poses);
+  const auto summary = AdjustFrames(two.input, bundle_options, two.tracks, {}, &two.poses);
   ASSERT_EQ(summary.calibrations.size(), 2U);
   EXPECT_EQ(summary.calibrations[0].depth_scale, 1);
   EXPECT_NEAR(summary.calibrations[1].depth_scale, 1 / 0.96, 1e-3);
@@ -67,7 +67,7 @@ TEST(GlobalBundle, FindsTheDepthScaleOfTheCameraThatMeasuresShort) {
 
 TEST(GlobalBundle, ADepthScaleIsOneUnlessAsked) {
   TwoCameras two = MakeTwoCameras();
-  const auto summary = AdjustFrames({}, two.input, {}, two.tracks, {}, &two.poses);
+  const auto summary = AdjustFrames(two.input, {}, two.tracks, {}, &two.poses);
   EXPECT_EQ(summary.calibrations[0].depth_scale, 1);
   EXPECT_EQ(summary.calibrations[1].depth_scale, 1);
   EXPECT_GT(WorstError_m(two, MakeLandmarkScene()), 1e-3) << "the bias must show somewhere";
@@ -77,7 +77,7 @@ TEST(GlobalBundle, WithoutMemoryItIsAnErrorAndNoUnadjustedMap) {
   TwoCameras two = MakeTwoCameras();
   const FailingCholmod without_memory(2000);
   NIGHTMAP_EXPECT_ERROR(DataError,
-                        AdjustFrames({}, two.input, {}, two.tracks, {}, &two.poses),
+                        AdjustFrames(two.input, {}, two.tracks, {}, &two.poses),
                         "does not fit into memory");
 }
 
@@ -85,7 +85,7 @@ TEST(GlobalBundle, TheReportSaysHowEachAdjustmentEnded) {
   TwoCameras two = MakeTwoCameras();
   AdjustResult result;
   result.adjustments =
-      AdjustFrames({}, two.input, {.max_iterations = 1}, two.tracks, {}, &two.poses).adjustments;
+      AdjustFrames(two.input, {.max_iterations = 1}, two.tracks, {}, &two.poses).adjustments;
   const auto told = Summarize({}, two.input, result).at("bundle_adjustments");
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].at("end"), "max_iterations reached");

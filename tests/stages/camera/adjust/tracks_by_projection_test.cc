@@ -87,8 +87,7 @@ TEST(TracksByProjection, TheTracksPutAPoseRight) {
   const Rigid3 truth = r.poses.at(4);
   r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
   const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 6.0});
-  const auto summary =
-      AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
+  const auto summary = AdjustFrames(r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
   EXPECT_EQ(summary.adjustments.size(), 2U);
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
 }
