@@ -87,13 +87,13 @@ class CheckedColumn {
   template <typename Row, typename Range>
   void Write(Range&& rows, Hdf5Writer* file) const {
     Array<Element<Row>> array{0, kWidth<Row>, {}};
-    for (const auto& item : rows) {
-      const Row& row = item;
+    const auto put = [&](const Row& row) {
       std::apply(
           [&](const auto&... member) { (Put(std::invoke(member, row), &array.values), ...); },
           members_);
       ++array.rows;
-    }
+    };
+    for (const auto& item : rows) put(static_cast<const Row&>(item));
     file->Write(name_, array);
   }
 
