@@ -93,7 +93,13 @@ class CheckedColumn {
           members_);
       ++array.rows;
     };
-    for (const auto& item : rows) put(static_cast<const Row&>(item));
+    for (const auto& item : rows) {
+      if constexpr (std::is_arithmetic_v<Row>) {
+        put(static_cast<Row>(item));  // a character as a byte
+      } else {
+        put(item);
+      }
+    }
     file->Write(name_, array);
   }
 
