@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/base/progress.h"
+
 namespace nightmap {
 
 // A recording of the data folder: $NIGHTMAP_DATA, or ../shared/data next to the source folder
@@ -91,6 +93,12 @@ class InFolder : public testing::Test {
  protected:
   TemporaryFolder folder_;
 };
+
+// Shows nothing.
+inline Progress& NoProgress() {
+  static Progress progress("test", false);
+  return progress;
+}
 
 inline std::string ReadBytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "pipeline/base/random.h"
+#include "tests/small_grids.h"
 
 namespace nightmap::draw_on_grid_test {
 
@@ -22,9 +23,7 @@ Rgb At(const GridCanvas& canvas, int x, int y) {
 }
 
 OccupancyGrid FreeGrid(int width, int height) {
-  OccupancyGrid grid{width, height, 0.1, {-1, 2}, {}};
-  grid.cells.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), kFreeCell);
-  return grid;
+  return nightmap::FreeGrid(width, height, 0.1, {-1, 2});
 }
 
 OccupancyGrid DrawGrid(Random& random, int width, int height) {
@@ -132,21 +131,19 @@ TEST(GridCanvas, ScaleBarHasTheLengthItSays) {
 
 TEST(GridCanvas, LabelsStayInThePicture) {
   const OccupancyGrid grid = FreeGrid(40, 40);
-  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(-1, 2), {3, 2}, {-1, 6}, {3, 6}}) {
+  const auto num_red = [&](const Eigen::Vector2d& point) {
     GridCanvas canvas(grid, 5, false);
-    canvas.Label(corner, 3, 3, "goal", kRed);
-    int num_red = 0;
+    canvas.Label(point, 3, 3, "goal", kRed);
+    int count = 0;
     for (int y = 0; y < 200; ++y) {
-      for (int x = 0; x < 200; ++x) num_red += At(canvas, x, y)[1] < 128 ? 1 : 0;
+      for (int x = 0; x < 200; ++x) count += At(canvas, x, y)[1] < 128 ? 1 : 0;
     }
-    GridCanvas middle(grid, 5, false);
-    middle.Label({1, 4}, 3, 3, "goal", kRed);
-    int num_whole = 0;
-    for (int y = 0; y < 200; ++y) {
-      for (int x = 0; x < 200; ++x) num_whole += At(middle, x, y)[1] < 128 ? 1 : 0;
-    }
-    EXPECT_GT(num_whole, 20);
-    EXPECT_EQ(num_red, num_whole);
+    return count;
+  };
+  const int num_whole = num_red({1, 4});
+  EXPECT_GT(num_whole, 20);
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(-1, 2), {3, 2}, {-1, 6}, {3, 6}}) {
+    EXPECT_EQ(num_red(corner), num_whole);
   }
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/import_trajectory/import_trajectory.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
 

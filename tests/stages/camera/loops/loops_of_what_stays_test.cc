@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/loops/loops_of_what_stays.h"
 
-#include <gtest/gtest.h>
-
 #include "pipeline/io/masks_io.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/graph/pose_graph/optimize_graph.h"
 
-#include <gtest/gtest.h>
-
 #include <numbers>
 
 #include "pipeline/base/error.h"

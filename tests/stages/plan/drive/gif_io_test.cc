@@ -2,8 +2,6 @@
 #include "stages/plan/drive/gif_io.h"
 
 #include <OpenImageIO/imageio.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/plan/drive/noise.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "pipeline/base/error.h"
 #include "stages/plan/drive/drive_output.h"
 #include "tests/stages/plan/drive/hall.h"
 #include "tests/stages/plan/drive/random_path.h"
-#include "tests/test_data.h"
 
 namespace nightmap::noise_test {
 
@@ -24,9 +21,7 @@ DriveOptions WithNoise(const NoiseOptions& noise, int seed) {
 }
 
 TEST(Noise, NoneLeavesAllAsItIs) {
-  NoiseOptions options;
-  options.seed = 7;
-  Noise noise(options, 0.4, 0.05);
+  Noise noise({.seed = 7}, 0.4, 0.05);
   const PlanarPose pose{{1.1, -2.3}, 0.7};
   const Twist command{0.3, -0.123457};
   EXPECT_EQ(noise.Moved(command).v_m_s, command.v_m_s);
@@ -193,8 +188,7 @@ TEST(NoisyDrive, RoomInThePlanIsRoomForNoise) {
 }
 
 TEST(NoisyDrive, ToleranceIsOfTheTruePose) {
-  NoiseOptions noise;
-  noise.position_noise_m = 0.1;
+  const NoiseOptions noise{.position_noise_m = 0.1};
   int num_off = 0;
   for (int seed = 0; seed < 10; ++seed) {
     try {

@@ -9,6 +9,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/io/grid_io.h"
 #include "stages/plan/drive/drive.h"
+#include "tests/small_grids.h"
 
 namespace nightmap {
 
@@ -33,14 +34,9 @@ inline double PlainClearance_m(const OccupancyGrid& grid, const Eigen::Vector2d&
 
 // Rooms of three to four metres with doors just wide enough, and boxes in them. Cells of 0.05 m.
 inline OccupancyGrid RandomBuilding(Random& random, int side = 150) {
-  OccupancyGrid grid{side, side, 0.05, {-2.5, 1.25}, {}};
-  grid.cells.assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), kFreeCell);
+  OccupancyGrid grid = FreeGrid(side, side, 0.05, {-2.5, 1.25});
   const auto fill = [&](int x0, int y0, int width, int height, CellValue value) {
-    for (int y = std::max(y0, 0); y < std::min(y0 + height, side); ++y) {
-      for (int x = std::max(x0, 0); x < std::min(x0 + width, side); ++x) {
-        grid.cells[grid.Index(x, y)] = value;
-      }
-    }
+    FillCells(x0, y0, x0 + width, y0 + height, value, &grid);
   };
   const auto draw = [&](int first, int last) {
     return first + static_cast<int>(random.Index(static_cast<std::size_t>(last - first + 1)));

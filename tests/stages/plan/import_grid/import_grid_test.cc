@@ -4,19 +4,15 @@
 #include <numbers>
 
 #include "pipeline/base/error.h"
+#include "tests/small_grids.h"
 #include "tests/test_data.h"
 
 namespace nightmap::import_grid_test {
 
 // A corridor of 20 m x 2 m along x, free inside, from (1, 2) on.
 OccupancyGrid Corridor(double yaw_rad) {
-  OccupancyGrid grid;
-  grid.width = 200;
-  grid.height = 20;
-  grid.resolution_m = 0.1;
-  grid.origin_in_map = {1, 2};
+  OccupancyGrid grid = FreeGrid(200, 20, 0.1, {1, 2});
   grid.origin_yaw_rad = yaw_rad;
-  grid.cells.assign(4000, kFreeCell);
   return grid;
 }
 

@@ -21,9 +21,7 @@ TEST(CostMap, FreeMeansTheRadiusFits) {
     Random random(seed);
     const OccupancyGrid grid = RandomGrid(random, 20, 15, 0.03);
     const double radius_m = seed == 0 ? 0 : random.Uniform(0, 0.3);
-    CostOptions options;
-    options.unknown = "allowed";
-    const CostMap map = MakeCostMap(grid, options, radius_m, 1);
+    const CostMap map = MakeCostMap(grid, {.unknown = "allowed"}, radius_m, 1);
     for (std::size_t i = 0; i < grid.cells.size(); ++i) {
       bool fits = grid.cells[i] == kFreeCell;
       double clearance_m = 1e9;
@@ -48,8 +46,7 @@ TEST(CostMap, NoPointOfAFreeCellTouchesAnObstacle) {
     Random random(seed);
     const OccupancyGrid grid = RandomGrid(random, 25, 20, 0.02, 0.01);
     const double radius_m = random.Uniform(0.01, 0.3);
-    CostOptions options;
-    options.unknown = seed % 2 == 0 ? "forbidden" : "costed";
+    const CostOptions options{.unknown = seed % 2 == 0 ? "forbidden" : "costed"};
     const CostMap map = MakeCostMap(grid, options, radius_m, 1);
     for (std::size_t i = 0; i < map.Size(); ++i) {
       if (map.costs[i] == 0) continue;
@@ -69,13 +66,9 @@ TEST(CostMap, NoPointOfAFreeCellTouchesAnObstacle) {
 }
 
 TEST(CostMap, CostFallsWithTheDistanceToObstacles) {
-  OccupancyGrid grid = GridFromText({"#..............."});
-  CostOptions options;
-  options.unknown = "allowed";
-  options.clearance_m = 0.8;
-  options.clearance_weight = 3;
-  options.margin_m = 0;
-  const CostMap map = MakeCostMap(grid, options, 0.2, 1);
+  const CostOptions options{
+      .unknown = "allowed", .clearance_m = 0.8, .clearance_weight = 3, .margin_m = 0};
+  const CostMap map = MakeCostMap(GridFromText({"#..............."}), options, 0.2, 1);
   const auto cost = [&](int x) { return map.costs[map.Index({x, 0})]; };
   for (const int x : {0, 1, 2}) EXPECT_EQ(cost(x), 0);
   EXPECT_EQ(cost(3), 4 * CostMap::kUnitCost);  // two cells between it and the obstacle
@@ -85,8 +78,7 @@ TEST(CostMap, CostFallsWithTheDistanceToObstacles) {
 
 TEST(CostMap, LessRoomThanTheMarginCostsMore) {
   const OccupancyGrid grid = GridFromText({"#..............."});
-  CostOptions options;
-  options.unknown = "allowed";
+  CostOptions options{.unknown = "allowed"};
   const auto costs = [&](double margin_m, double weight) {
     options.margin_m = margin_m;
     options.margin_weight = weight;
@@ -112,9 +104,7 @@ TEST(CostMap, LessRoomThanTheMarginCostsMore) {
 
 TEST(CostMap, UnknownIsForbiddenAllowedOrCosted) {
   const OccupancyGrid grid = GridFromText({"..........", "....??....", ".........."});
-  CostOptions options;
-  options.clearance_weight = 0;
-  options.unknown_weight = 3;
+  CostOptions options{.unknown_weight = 3, .clearance_weight = 0};
   const auto cost = [&](const std::string& unknown, const Eigen::Vector2i& cell) {
     options.unknown = unknown;
     const CostMap map = MakeCostMap(grid, options, 0, 1);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/plan/plan/no_path.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <optional>
 
@@ -17,16 +14,11 @@
 
 namespace nightmap::no_path_test {
 
-using testing::AllOf;
-using testing::HasSubstr;
-
 // Two rooms of 2 m joined by a door of `door_cells` cells of 10 cm in a wall 20 cm thick.
 OccupancyGrid TwoRooms(int door_cells) {
-  OccupancyGrid grid = GridFromText(std::vector<std::string>(20, std::string(42, '.')));
-  for (int y = 0; y < grid.height; ++y) {
-    if (y >= 8 && y < 8 + door_cells) continue;
-    for (const int x : {20, 21}) grid.cells[grid.Index(x, y)] = kOccupiedCell;
-  }
+  OccupancyGrid grid = FreeGrid(42, 20, 0.1, {1, 2});
+  FillCells(20, 0, 22, 20, kOccupiedCell, &grid);
+  FillCells(20, 8, 22, 8 + door_cells, kFreeCell, &grid);
   return grid;
 }
 
@@ -81,10 +73,8 @@ TEST(Bottleneck, IsTheWidestByTrialOfAllRadii) {
 TEST(NoPath, MessageSaysWhichRobotWouldPassAndWhere) {
   const OccupancyGrid grid = TwoRooms(5);
   EXPECT_GT(Plan(Through(0.2), On(grid)).path.size(), 30U);
-  const std::string error = ErrorOf(Through(0.3), On(grid));
-  EXPECT_THAT(error, AllOf(HasSubstr("for a robot of radius 0.200"), HasSubstr("3.050")));
-  EXPECT_THAT(ErrorOf(Through(0.3), On(TwoRooms(0))),
-              HasSubstr("obstacles and unseen space part them"));
+  ExpectError(Through(0.3), On(grid), {"for a robot of radius 0.200", "3.050"});
+  ExpectError(Through(0.3), On(TwoRooms(0)), {"obstacles and unseen space part them"});
 }
 
 std::size_t NumPixels(const ColorImage& image, const std::array<std::uint8_t, 3>& color) {
@@ -139,9 +129,7 @@ TEST(Margin, IsKeptWhereThereIsAnotherWay) {
   EXPECT_NEAR(narrow.second[0].room_m, 0, 1e-9);
   EXPECT_NEAR(narrow.second[0].narrowest_in_map.x(), 3.1, 0.2);
   EXPECT_GT(narrow.second[0].length_m, 0.2);
-  for (int y = 0; y < 7; ++y) {
-    for (const int x : {20, 21}) grid.cells[grid.Index(x, y)] = kFreeCell;
-  }
+  FillCells(20, 0, 22, 7, kFreeCell, &grid);
   EXPECT_NEAR(at_wall_m(0).first, 3.05, 0.01);
   const auto wide = at_wall_m(0.05);
   EXPECT_LT(wide.first, 2.7);
@@ -176,7 +164,7 @@ TEST(Holes, AreCrossedUnlessTheyCountAsWalls) {
   const PlanResult result = Plan(options, On(grid));
   EXPECT_EQ(result.num_hole_cells, 1U);
   options.cost.max_hole_m = 0;
-  EXPECT_THAT(ErrorOf(options, On(grid)), HasSubstr("no path"));
+  ExpectError(options, On(grid), {"no path"});
 }
 
 }  // namespace nightmap::no_path_test

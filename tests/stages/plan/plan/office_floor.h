@@ -29,10 +29,8 @@ class OfficeFloor {
 
   // Turned about its centre by `angle_rad` on a grid of `grid_side_m`; outside of it is unknown.
   OccupancyGrid ToGrid(double grid_side_m, double resolution_m, double angle_rad) const {
-    OccupancyGrid grid;
-    grid.resolution_m = resolution_m;
-    grid.width = grid.height = static_cast<int>(std::lround(grid_side_m / resolution_m));
-    grid.origin_in_map = {-grid_side_m / 2, -grid_side_m / 2};
+    const int side = static_cast<int>(std::lround(grid_side_m / resolution_m));
+    OccupancyGrid grid{side, side, resolution_m, {-grid_side_m / 2, -grid_side_m / 2}, {}};
     for (int y = 0; y < grid.height; ++y) {
       for (int x = 0; x < grid.width; ++x) {
         const Eigen::Vector2d point = grid.CenterInMap({x, y});

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/plan/plan/plan.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
@@ -20,11 +17,10 @@
 
 namespace nightmap::plan_test {
 
-using testing::AllOf;
 using testing::HasSubstr;
 
-PlanOptions Between(const std::string& start, const std::string& goal) {
-  return nightmap::Between(start, goal, 0.1);
+PlanOptions Between(const std::string& start, const std::string& goal, double snap_radius_m = 1) {
+  return nightmap::Between(start, goal, 0.1, snap_radius_m);
 }
 
 double TotalLength_m(const PlanResult& result) { return result.path.back().distance_m; }
@@ -45,24 +41,14 @@ PlanInputs Rooms() {
           {}};
 }
 
-QueryResult Located(const std::string& color_path, double x, double y) {
-  QueryResult query;
-  query.verdict = QueryVerdict::kLocated;
-  query.color_path = color_path;
-  query.map_from_camera.translation = {x, y, 1.2};
-  return query;
-}
-
 PlanInputs RoomsWithPictures() {
   PlanInputs inputs = Rooms();
-  QueryResult lost = Located("site/color/lost.png", 0, 0);
-  lost.verdict = QueryVerdict::kNotInMap;
-  lost.reason = "too_few_inliers";
+  const QueryResult lost = Lost("site/color/lost.png", "too_few_inliers");
   inputs.queries = {lost,
                     Located("site/color/a.png", 1.25, 2.45),
                     Located("site/color/b.jpg", 2.15, 2.45),
                     Located("other/a.jpg", 1.35, 2.25),
-                    Located("site/in_wall.png", 1.55, 2.15),
+                    Located("site/in_wall.png", 2.45, 2.65),
                     Located("site/closed.png", 2.65, 2.55),
                     lost};
   return inputs;
@@ -71,13 +57,10 @@ PlanInputs RoomsWithPictures() {
 // map_server's origin may have a yaw: the same rooms, rotated in the map.
 TEST(Plan, FollowsAGridThatIsTurned) {
   PlanInputs inputs = Rooms();
-  PlanOptions options;
-  options.footprint.robot_radius_m = 0.1;
+  PlanOptions options = Between("", "");
   const auto plan = [&](const Eigen::Rotation2Dd& turn) {
-    const Eigen::Vector2d start = turn * Eigen::Vector2d(1.27, 2.23);
-    const Eigen::Vector2d goal = turn * Eigen::Vector2d(2.21, 2.61);
-    options.start = fmt::format("{},{}", start.x(), start.y());
-    options.goal = fmt::format("{},{}", goal.x(), goal.y());
+    options.start = TextOf(turn * Eigen::Vector2d(1.27, 2.23));
+    options.goal = TextOf(turn * Eigen::Vector2d(2.21, 2.61));
     inputs.grid.origin_in_map = turn * Rooms().grid.origin_in_map;
     inputs.grid.origin_yaw_rad = turn.angle();
     return Plan(options, inputs);
@@ -93,8 +76,7 @@ TEST(Plan, FollowsAGridThatIsTurned) {
       const Eigen::Vector2d expected = turn * straight.path[i].point_in_map;
       EXPECT_LT((turned.path[i].point_in_map - expected).norm(), 1e-6) << i;
     }
-    const Eigen::Vector2d outside = turn * Eigen::Vector2d(0.9, 2.5);
-    options.goal = fmt::format("{},{}", outside.x(), outside.y());
+    options.goal = TextOf(turn * Eigen::Vector2d(0.9, 2.5));  // outside
     EXPECT_THROW(Plan(options, inputs), DataError);
   }
 }
@@ -128,10 +110,7 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
     options.shorten = seed % 4 != 0;
     const OccupancyGrid grid = WithHolesFree(inputs.grid, options.cost.max_hole_m);
     const CostMap map = MakeCostMap(grid, options.cost, options.footprint.robot_radius_m, 1);
-    const auto text = [&] {
-      const Eigen::Vector2d point = inputs.grid.CenterInMap(RandomFreeCell(random, map));
-      return fmt::format("{},{}", point.x(), point.y());
-    };
+    const auto text = [&] { return TextOf(grid.CenterInMap(RandomFreeCell(random, map))); };
     options.start = text();
     options.goal = text();
     try {
@@ -143,27 +122,20 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
         EXPECT_GE(map.Clearance_m(cell), result.legs[0].min_clearance_m - 1e-9);
       }
     } catch (const DataError& error) {
-      if (options.start == options.goal) {
-        EXPECT_THAT(error.what(), HasSubstr("same place"));
-      } else {
-        EXPECT_THAT(error.what(), HasSubstr("no path"));
-      }
+      const bool is_same = options.start == options.goal;
+      EXPECT_THAT(error.what(), HasSubstr(is_same ? "same place" : "no path"));
     }
   }
   EXPECT_GT(num_found, 100);
 }
 
 TEST(Plan, WeightKeepsAwayFromWalls) {
-  PlanInputs inputs{OccupancyGrid{60, 60, 0.05, Eigen::Vector2d::Zero(), {}}, {}, {}};
-  inputs.grid.cells.assign(3600, kFreeCell);
-  for (int x = 20; x < 40; ++x) {  // a block in the middle, passed on its upper side
-    for (int y = 0; y < 30; ++y) inputs.grid.cells[inputs.grid.Index(x, y)] = kOccupiedCell;
-  }
+  PlanInputs inputs{FreeGrid(60, 60, 0.05), {}, {}};
+  FillCells(20, 0, 40, 30, kOccupiedCell, &inputs.grid);  // in the middle, passed on its upper side
   PlanOptions options;
   options.start = "0.4,1.2";
   options.goal = "2.6,1.2";
-  options.cost.margin_m = 0;
-  options.cost.clearance_weight = 0;
+  options.cost = {.clearance_weight = 0, .margin_m = 0};
   const PlanResult shortest = Plan(options, inputs);
   options.cost.clearance_weight = 10;
   const PlanResult safer = Plan(options, inputs);
@@ -174,10 +146,8 @@ TEST(Plan, WeightKeepsAwayFromWalls) {
 TEST(Plan, SameAtAnyNumberOfThreads) {
   Random random(4);
   PlanInputs inputs{Building(random, 300, 60), {}, {}};
-  PlanOptions options = Between("1.1,1.1", "13,13");
+  const PlanOptions options = Between("picture:start", "picture:goal");
   inputs.queries = {Located("start", 1.1, 1.1), Located("goal", 13, 13)};
-  options.start = "picture:start";
-  options.goal = "picture:goal";
   EXPECT_EQ(PathToCsv(Plan(options, inputs, 1)), PathToCsv(Plan(options, inputs, 4)));
 }
 
@@ -207,28 +177,13 @@ TEST(Plan, EmptyEndsAreFirstAndLastLocated) {
 
 TEST(Plan, EmptyEndsFallBackToTheTrajectory) {
   PlanInputs inputs = Rooms();
-  EXPECT_THAT(ErrorOf<UsageError>(Between("", ""), inputs), HasSubstr("option start is empty"));
+  ExpectError<UsageError>(Between("", ""), inputs, {"option start is empty"});
   inputs.trajectory.resize(2);
   inputs.trajectory[0].pose.translation = {1.25, 2.45, 1};
   inputs.trajectory[1].pose.translation = {2.15, 2.45, 1};
   const PlanResult result = Plan(Between("", ""), inputs);
   EXPECT_EQ(result.ends[1].point_in_map, Eigen::Vector2d(2.15, 2.45));
   EXPECT_THAT(result.ends[0].request.text, HasSubstr("trajectory"));
-}
-
-TEST(Plan, PictureInAnObstacleMovesAndSaysSo) {
-  const PlanInputs inputs = RoomsWithPictures();
-  const PlanResult result = Plan(Between("picture:in_wall", "picture:b"), inputs);
-  EXPECT_GT(result.ends[0].moved_by_m, 0.05);
-  EXPECT_LE(result.ends[0].moved_by_m, 0.5);
-  EXPECT_NEAR((result.ends[0].point_in_map - Eigen::Vector2d(1.55, 2.15)).norm(),
-              result.ends[0].moved_by_m,
-              1e-12);
-  PlanOptions options = Between("picture:in_wall", "picture:b");
-  options.snap_radius_m = 0.05;
-  EXPECT_THAT(
-      ErrorOf<DataError>(options, inputs),
-      AllOf(HasSubstr("start"), HasSubstr("nearest free cell"), HasSubstr("snap_radius_m")));
 }
 
 // Pictures are at z = 1.2.
@@ -267,9 +222,8 @@ TEST(PlanFloor, OfAZIsTheOneBelow) {
   }
   for (const char* z : {"2.79", "-0.2", "5.5", "90", "-3.4", "-1e300"}) {
     const std::string end = std::string("1,2,") + z;
-    EXPECT_THAT([&] { FloorFor("1,2", end); },
-                testing::ThrowsMessage<DataError>(
-                    AllOf(HasSubstr("goal '" + end + "'"), HasSubstr("floor 1 (z = 2.90 m)"))));
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, FloorFor("1,2", end), "goal '" + end + "'", "floor 1 (z = 2.90 m)");
   }
   // A picture may be from any height: of a drone, or half way up the stairs.
   PlanInputs inputs = TwoFloorsWithPictures();
@@ -280,16 +234,15 @@ TEST(PlanFloor, OfAZIsTheOneBelow) {
 }
 
 TEST(PlanFloor, IsOneForAllEnds) {
-  EXPECT_THAT([] { FloorFor("picture:color/a.png", "1,2; picture:b"); },
-              testing::ThrowsMessage<DataError>(AllOf(HasSubstr("start 'picture:color/a.png'"),
-                                                      HasSubstr("floor 0 (z = 0.00 m)"),
-                                                      HasSubstr("goal 2 'picture:b'"),
-                                                      HasSubstr("floor 1 (z = 2.90 m)"))));
-  EXPECT_THAT([] { FloorFor("picture:b", "1,2"); },
-              testing::ThrowsMessage<DataError>(HasSubstr("the option floor says")));
-  EXPECT_THAT([] { FloorFor("1,2", "picture:b", 2); },
-              testing::ThrowsMessage<UsageError>(
-                  AllOf(HasSubstr("option floor is 2"), HasSubstr("floor -1 (z = -3.20 m)"))));
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        FloorFor("picture:color/a.png", "1,2; picture:b"),
+                        "start 'picture:color/a.png'",
+                        "floor 0 (z = 0.00 m)",
+                        "goal 2 'picture:b'",
+                        "floor 1 (z = 2.90 m)");
+  NIGHTMAP_EXPECT_ERROR(DataError, FloorFor("picture:b", "1,2"), "the option floor says");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, FloorFor("1,2", "picture:b", 2), "option floor is 2", "floor -1 (z = -3.20 m)");
 }
 
 // The first and the last pose of the camera are ends, too.
@@ -304,15 +257,18 @@ TEST(PlanFloor, OfTheTrajectory) {
   EXPECT_THROW(PlanFloor(Between("", ""), inputs), DataError);
 }
 
-// The picture was taken in a closed cell; the nearest place that the goal can reach is used.
-TEST(Plan, PictureInAClosedPocketMovesOutOfIt) {
-  const PlanInputs inputs = RoomsWithPictures();
-  const PlanResult result = Plan(Between("picture:closed", "picture:b"), inputs);
-  EXPECT_GT(result.ends[0].moved_by_m, 0.2);
-  EXPECT_LT(result.ends[0].point_in_map.x(), 2.4);
-  PlanOptions options = Between("picture:closed", "picture:b");
-  options.snap_radius_m = 0.2;
-  EXPECT_THAT(ErrorOf<DataError>(options, inputs), HasSubstr("no path"));
+// The place where a picture was taken, or a point, in a closed cell where the robot fits; the
+// nearest place that the other end can reach is used.
+TEST(Plan, AnEndInAClosedPocketMovesOutOfIt) {
+  for (const auto& [start, goal, closed] : {std::tuple("picture:closed", "picture:b", 0U),
+                                            {"1.25,2.45", "picture:closed", 1U},
+                                            {"1.25,2.45", "2.65,2.55", 1U}}) {
+    const PlanResult result = Plan(Between(start, goal), RoomsWithPictures());
+    EXPECT_GT(result.ends[closed].moved_by_m, 0.2);
+    EXPECT_LT(result.ends[closed].point_in_map.x(), 2.4);
+    EXPECT_EQ(result.ends[1 - closed].moved_by_m, 0);
+    ExpectError(Between(start, goal, 0.2), RoomsWithPictures(), {"no path", "snap_radius_m"});
+  }
 }
 
 TEST(PlanErrors, MalformedEnds) {
@@ -329,10 +285,8 @@ TEST(PlanErrors, MalformedEnds) {
                            "photo:a",
                            "1.2;2.2",
                            "1e999,0"}) {
-    EXPECT_THAT(ErrorOf<UsageError>(Between(text, "1.25,2.45"), Rooms()), HasSubstr("option start"))
-        << text;
-    EXPECT_THAT(ErrorOf<UsageError>(Between("1.25,2.45", text), Rooms()), HasSubstr("option goal"))
-        << text;
+    ExpectError<UsageError>(Between(text, "1.25,2.45"), Rooms(), {"option start"});
+    ExpectError<UsageError>(Between("1.25,2.45", text), Rooms(), {"option goal"});
   }
 }
 
@@ -340,9 +294,12 @@ TEST(PlanErrors, MalformedEnds) {
 TEST(PlanErrors, ATurnedMapNamesItsTrueBounds) {
   PlanInputs inputs = Rooms();
   inputs.grid.origin_yaw_rad = 2;
-  const Eigen::Vector2d start = inputs.grid.FromCells({2.5, 4.5});
-  PlanOptions options = Between(fmt::format("{},{}", start.x(), start.y()), "99,99");
-  const std::string text = ErrorOf<DataError>(options, inputs);
+  std::string text;
+  try {
+    Plan(Between(TextOf(inputs.grid.FromCells({2.5, 4.5})), "99,99"), inputs);
+  } catch (const DataError& error) {
+    text = error.what();
+  }
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0, x = 0, y = 0;
   ASSERT_EQ(std::sscanf(
                 text.c_str() + text.find("spans"), "spans %lf,%lf to %lf,%lf", &x0, &y0, &x1, &y1),
@@ -353,23 +310,15 @@ TEST(PlanErrors, ATurnedMapNamesItsTrueBounds) {
 }
 
 TEST(PlanErrors, UnusableEnds) {
-  const auto error = [](const std::string& goal) {
-    PlanOptions options = Between("1.25,2.45", goal);
-    options.snap_radius_m = 0;
-    return ErrorOf<DataError>(options, Rooms());
+  const auto expect = [](const std::string& goal, const std::vector<std::string>& parts) {
+    ExpectError(Between("1.25,2.45", goal, 0), Rooms(), parts);
   };
-  EXPECT_THAT(error("9,9"),
-              AllOf(HasSubstr("goal '9,9'"),
-                    HasSubstr("outside of the map"),
-                    HasSubstr("nearest free cell")));
-  EXPECT_THAT(error("1e200,-1e200"), HasSubstr("at 1e+200,-1e+200 is outside of the map"));
-  EXPECT_THAT(error("1.55,2.25"), HasSubstr("inside an obstacle"));
-  EXPECT_THAT(error("2.75,2.15"), HasSubstr("unknown space"));
-  EXPECT_THAT(error("1.15,2.25"),
-              AllOf(HasSubstr("the robot's radius 0.1"), HasSubstr("nearest free cell is 0.1")));
-  PlanOptions wide = Between("1.25,2.45", "1.45,2.25");
-  wide.footprint.robot_radius_m = 4;
-  EXPECT_THAT(ErrorOf<DataError>(wide, Rooms()), HasSubstr("no cell that is free"));
+  expect("9,9", {"goal '9,9'", "outside of the map", "nearest free cell"});
+  expect("1e200,-1e200", {"at 1e+200,-1e+200 is outside of the map"});
+  expect("1.55,2.25", {"inside an obstacle"});
+  expect("2.75,2.15", {"unknown space"});
+  expect("1.15,2.25", {"the robot's radius 0.1", "nearest free cell is 0.1"});
+  ExpectError(nightmap::Between("1.25,2.45", "1.45,2.25", 4), Rooms(), {"no cell that is free"});
 }
 
 TEST(Plan, AnEndThatMovesTakesAPlaceWithRoom) {
@@ -385,33 +334,20 @@ TEST(Plan, AnEndThatMovesTakesAPlaceWithRoom) {
 }
 
 // A point where the robot does not fit moves as a picture does.
-TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
-  PlanOptions to_nearest = Between("1.25,2.45", "2.45,2.65");
-  to_nearest.cost.margin_m = 0;
-  const PlanResult result = Plan(to_nearest, Rooms());
-  EXPECT_NEAR(result.ends[1].moved_by_m, 0.2, 1e-9);
-  EXPECT_LT((result.ends[1].point_in_map - Eigen::Vector2d(2.25, 2.65)).norm(), 1e-9);
-  EXPECT_EQ(result.ends[0].moved_by_m, 0);
-  PlanOptions options = Between("1.25,2.45", "2.45,2.65");
-  options.snap_radius_m = 0.15;
-  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
-              AllOf(HasSubstr("inside an obstacle"),
-                    HasSubstr("nearest free cell is 0.20 m away"),
-                    HasSubstr("snap_radius_m 0.15")));
-}
-
-PlanOptions Within(double snap_radius_m, const std::string& start, const std::string& goal) {
-  return nightmap::Between(start, goal, 0.1, snap_radius_m);
-}
-
-// It stands where the robot fits, but in a part of the map that the start does not reach.
-TEST(Plan, PointInAClosedPocketMovesOutOfIt) {
-  const PlanResult result = Plan(Between("1.25,2.45", "2.65,2.55"), Rooms());
-  EXPECT_GT(result.ends[1].moved_by_m, 0.2);
-  EXPECT_LT(result.ends[1].point_in_map.x(), 2.4);
-  EXPECT_EQ(result.ends[0].moved_by_m, 0);
-  EXPECT_THAT(ErrorOf<DataError>(Within(0.2, "1.25,2.45", "2.65,2.55"), Rooms()),
-              AllOf(HasSubstr("no path"), HasSubstr("snap_radius_m")));
+TEST(Plan, AnEndInAnObstacleMovesToTheNearestFreeCell) {
+  for (const char* in_wall : {"2.45,2.65", "picture:in_wall"}) {
+    PlanOptions options = Between("1.25,2.45", in_wall);
+    options.cost.margin_m = 0;
+    const PlanResult result = Plan(options, RoomsWithPictures());
+    EXPECT_NEAR(result.ends[1].moved_by_m, 0.2, 1e-9);
+    EXPECT_LT((result.ends[1].point_in_map - Eigen::Vector2d(2.25, 2.65)).norm(), 1e-9);
+    EXPECT_EQ(result.ends[0].moved_by_m, 0);
+    const std::vector<std::string> parts = {
+        "inside an obstacle", "nearest free cell is 0.20 m away", "snap_radius_m 0.15"};
+    ExpectError(Between("1.25,2.45", in_wall, 0.15), RoomsWithPictures(), parts);
+    ExpectError(Between(in_wall, "1.25,2.45", 0.15), RoomsWithPictures(), parts);
+    ExpectError(Between(in_wall, "1.25,2.45", 0.15), RoomsWithPictures(), {"start"});
+  }
 }
 
 // A pocket of one cell is nearer to both ends than the room, but joins nothing.
@@ -421,41 +357,34 @@ TEST(Plan, EndsDoNotBecomeOneCell) {
           {"##########", "###.######", "##########", "##########", "#........#", "##########"}),
       {},
       {}};
-  PlanOptions options = Within(1, "1.25,2.45", "1.45,2.45");  // beside the pocket, in the wall
-  options.footprint.robot_radius_m = 0;
-  const PlanResult result = Plan(options, inputs);
+  const auto options = [](double snap_radius_m) {  // beside the pocket, in the wall
+    return nightmap::Between("1.25,2.45", "1.45,2.45", 0, snap_radius_m);
+  };
+  const PlanResult result = Plan(options(1), inputs);
   EXPECT_GT(TotalLength_m(result), 0.1);
   for (const Endpoint& end : result.ends) EXPECT_NEAR(end.point_in_map.y(), 2.15, 1e-9);
-  options.snap_radius_m = 0.15;
-  EXPECT_THAT(ErrorOf<DataError>(options, inputs),
-              AllOf(HasSubstr("start '1.25,2.45' and goal '1.45,2.45' are the same place"),
-                    HasSubstr("farther apart")));
+  ExpectError(options(0.15),
+              inputs,
+              {"start '1.25,2.45' and goal '1.45,2.45' are the same place", "farther apart"});
 }
 
 // A pocket of a few cells, in which nothing can drive, is nearer to both ends than the room.
 TEST(Plan, EndsMoveIntoTheRoomAndNotIntoAGap) {
-  PlanInputs inputs;
-  inputs.grid = {200, 100, 0.05, {0, 0}, {}};
-  inputs.grid.cells.assign(200 * 100, kFreeCell);
-  const auto fill = [&](int x0, int y0, int x1, int y1, CellValue value) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) inputs.grid.cells[inputs.grid.Index(x, y)] = value;
-    }
-  };
-  fill(40, 40, 160, 60, kOccupiedCell);
-  fill(95, 45, 106, 55, kFreeCell);  // leaves two rows of cells to a robot of 0.2 m
-  PlanOptions options = Within(10, "4.5,2.5", "5.5,2.5");
-  options.footprint.robot_radius_m = 0.2;
-  const PlanResult result = Plan(options, inputs);
+  PlanInputs inputs{FreeGrid(200, 100, 0.05), {}, {}};
+  FillCells(40, 40, 160, 60, kOccupiedCell, &inputs.grid);
+  FillCells(95, 45, 106, 55, kFreeCell, &inputs.grid);  // two rows of cells to a robot of 0.2 m
+  const PlanResult result = Plan(nightmap::Between("4.5,2.5", "5.5,2.5", 0.2, 10), inputs);
   EXPECT_GT(TotalLength_m(result), 0.5);
   for (const Endpoint& end : result.ends) EXPECT_GT(std::abs(end.point_in_map.y() - 2.5), 0.5);
 }
 
 TEST(PlanErrors, TheSamePlaceTwice) {
-  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "1.25,2.45"), Rooms()),
-              HasSubstr("start '1.25,2.45' and goal '1.25,2.45' are the same place"));
-  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.2,2.65; 2.2,2.65"), Rooms()),
-              HasSubstr("goal 1 '2.2,2.65' and goal 2 '2.2,2.65' are the same place"));
+  ExpectError(Between("1.25,2.45", "1.25,2.45"),
+              Rooms(),
+              {"start '1.25,2.45' and goal '1.25,2.45' are the same place"});
+  ExpectError(Between("1.25,2.45", "2.2,2.65; 2.2,2.65"),
+              Rooms(),
+              {"goal 1 '2.2,2.65' and goal 2 '2.2,2.65' are the same place"});
   EXPECT_EQ(Plan(Between("1.25,2.45", "2.2,2.65; 1.25,2.45"), Rooms()).legs.size(), 2U);
 }
 
@@ -503,10 +432,7 @@ TEST(Plan, RandomEndsMoveLeast) {
     };
     const Eigen::Vector2d start = draw();
     const Eigen::Vector2d goal = draw();
-    PlanOptions options = Within(random.Uniform(0, 0.5),
-                                 fmt::format("{},{}", start.x(), start.y()),
-                                 fmt::format("{},{}", goal.x(), goal.y()));
-    options.footprint.robot_radius_m = 0;
+    PlanOptions options = nightmap::Between(TextOf(start), TextOf(goal), 0, random.Uniform(0, 0.5));
     options.cost.margin_m = 0;
     const CostMap map = MakeCostMap(inputs.grid, options.cost, 0, 1);
     const double least_m = LeastMoves_m(inputs.grid, map, {start, goal}, options.snap_radius_m);
@@ -557,12 +483,10 @@ TEST(Plan, VisitsSeveralGoalsInOrder) {
 }
 
 TEST(PlanErrors, SeveralGoals) {
-  EXPECT_THAT(ErrorOf<UsageError>(Between("1.25,2.45", "2.2,2.65;"), Rooms()),
-              HasSubstr("option goal is ''"));
-  PlanOptions options = Between("1.25,2.45", "2.2,2.65; 2.65,2.55");
-  options.snap_radius_m = 0;
-  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
-              HasSubstr("no path from goal 1 '2.2,2.65' to goal 2 '2.65,2.55'"));
+  ExpectError<UsageError>(Between("1.25,2.45", "2.2,2.65;"), Rooms(), {"option goal is ''"});
+  ExpectError(Between("1.25,2.45", "2.2,2.65; 2.65,2.55", 0),
+              Rooms(),
+              {"no path from goal 1 '2.2,2.65' to goal 2 '2.65,2.55'"});
 }
 
 // The circle about a polygon is what the path keeps clear, however the robot turns on it.
@@ -593,17 +517,14 @@ TEST(Plan, PolygonsKeepClearAtEveryHeading) {
   for (const std::vector<double>& broken :
        {std::vector<double>{1}, {1, 2}, {1, 2, 3, 4}, {1, 2, 3, 4, 5}}) {
     options.footprint.footprint_m = broken;
-    EXPECT_THAT(ErrorOf<UsageError>(options, inputs), HasSubstr("option footprint_m"));
+    ExpectError<UsageError>(options, inputs, {"option footprint_m"});
   }
 }
 
 // A detour round unknown space, or through it, as it is costed.
 TEST(Plan, UnknownSpaceIsCrossedOnlyWhenItPays) {
-  PlanInputs inputs{OccupancyGrid{60, 60, 0.1, Eigen::Vector2d::Zero(), {}}, {}, {}};
-  inputs.grid.cells.assign(3600, kFreeCell);
-  for (int x = 28; x < 32; ++x) {
-    for (int y = 0; y < 50; ++y) inputs.grid.cells[inputs.grid.Index(x, y)] = kUnknownCell;
-  }
+  PlanInputs inputs{FreeGrid(60, 60, 0.1), {}, {}};
+  FillCells(28, 0, 32, 50, kUnknownCell, &inputs.grid);
   PlanOptions options = Between("1.5,1.5", "4.5,1.5");
   const auto length_m = [&](const std::string& unknown, double weight) {
     options.cost.unknown = unknown;
@@ -624,17 +545,13 @@ TEST(Plan, UnknownSpaceIsCrossedOnlyWhenItPays) {
     EXPECT_NEAR(length_m("costed", 1), 3, 0.1);
   }
   options.cost.unknown_weight = 10;
-  for (int y = 0; y < 35; ++y) {
-    for (int x = 18; x < 42; ++x) inputs.grid.cells[inputs.grid.Index(x, y)] = kUnknownCell;
-  }
+  FillCells(18, 0, 42, 35, kUnknownCell, &inputs.grid);
   EXPECT_GT(length_m("costed", 10), 4.5);
 }
 
 TEST(PlanErrors, Unreachable) {
-  PlanOptions options = Between("1.25,2.45", "2.65,2.55");
-  options.snap_radius_m = 0;
-  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
-              AllOf(HasSubstr("no path"), HasSubstr("from the other, which reaches 0.0")));
+  PlanOptions options = Between("1.25,2.45", "2.65,2.55", 0);
+  ExpectError(options, Rooms(), {"no path", "from the other, which reaches 0.0"});
   // With unknown space allowed there is a way round through the corner.
   options.cost.unknown = "allowed";
   options.footprint.robot_radius_m = 0;  // the way through is one cell wide
@@ -642,23 +559,20 @@ TEST(PlanErrors, Unreachable) {
 }
 
 TEST(PlanErrors, UnusablePictures) {
-  const PlanInputs inputs = RoomsWithPictures();
-  const auto error = [&](const std::string& name) {
-    return ErrorOf<DataError>(Between("picture:" + name, "picture:b"), inputs);
+  PlanInputs inputs = RoomsWithPictures();
+  const auto expect = [&](const std::string& name, const std::vector<std::string>& parts) {
+    ExpectError(Between("picture:" + name, "picture:b"), inputs, parts);
   };
-  EXPECT_THAT(error("or/a.png"), HasSubstr("not among"));  // not the name of its folder
-  EXPECT_THAT(error(".."), HasSubstr("not among"));
-  EXPECT_THAT(error("missing"), AllOf(HasSubstr("'missing'"), HasSubstr("site/color/a.png")));
-  EXPECT_THAT(error("a"), AllOf(HasSubstr("fits 2"), HasSubstr("other/a.jpg")));
-  PlanInputs once = inputs;
-  once.queries.pop_back();
-  EXPECT_THAT(ErrorOf<DataError>(Between("picture:lost", "picture:b"), once),
-              AllOf(HasSubstr("not located"), HasSubstr("too_few_inliers")));
-  once.queries[0].verdict = QueryVerdict::kAmbiguous;  // has a pose, but perhaps the wrong one
-  EXPECT_THAT(ErrorOf<DataError>(Between("picture:lost", "picture:b"), once),
-              HasSubstr("ambiguous"));
-  EXPECT_THAT(ErrorOf<DataError>(Between("picture:a", "picture:b"), Rooms()),
-              HasSubstr("not among the 0"));
+  expect("or/a.png", {"not among"});  // not the name of its folder
+  expect("..", {"not among"});
+  expect("missing", {"'missing'", "site/color/a.png"});
+  expect("a", {"fits 2", "other/a.jpg"});
+  inputs.queries.pop_back();
+  expect("lost", {"not located", "too_few_inliers"});
+  inputs.queries[0].verdict = QueryVerdict::kAmbiguous;  // has a pose, but perhaps the wrong one
+  expect("lost", {"ambiguous"});
+  inputs.queries.clear();
+  expect("a", {"not among the 0"});
 }
 
 TEST(PathOutput, CsvAndJsonAgree) {
@@ -764,14 +678,6 @@ TEST(PathOutput, PictureOfAFloorNamesItAndShowsItsTrajectoryOnly) {
   inputs.floors = {inputs.floors[2]};
   inputs.floor_idx = 0;
   EXPECT_NE(draw(), without);  // the only floor needs no name
-}
-
-TEST(PlanOptions, SurviveToml) {
-  PlanOptions options;
-  OptionList list = RegisterOptions(options);
-  const std::string toml = list.ToToml();
-  list.ParseToml(toml, "defaults");
-  EXPECT_EQ(list.ToToml(), toml);
 }
 
 }  // namespace nightmap::plan_test

@@ -2,18 +2,17 @@
 // Runs the plan stage in its tests.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <string>
+#include <vector>
 
 #include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 
 inline PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs, int num_threads = 1) {
-  Progress progress("plan", false);
-  return RunPlan(options, inputs, progress, num_threads);
+  return RunPlan(options, inputs, NoProgress(), num_threads);
 }
 
 inline PlanOptions Between(const std::string& start,
@@ -28,16 +27,37 @@ inline PlanOptions Between(const std::string& start,
   return options;
 }
 
-// The message of the error that planning ends with.
+// A point as an end.
+inline std::string TextOf(const Eigen::Vector2d& point_in_map) {
+  return fmt::format("{},{}", point_in_map.x(), point_in_map.y());
+}
+
+// Planning ends with an error whose message contains each of the parts.
 template <typename ErrorType = DataError>
-std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
-  try {
-    Plan(options, inputs);
-  } catch (const ErrorType& error) {
-    return error.what();
+void ExpectError(const PlanOptions& options,
+                 const PlanInputs& inputs,
+                 const std::vector<std::string>& parts) {
+  SCOPED_TRACE(options.start + " to " + options.goal);
+  for (const std::string& part : parts) {
+    NIGHTMAP_EXPECT_ERROR(ErrorType, Plan(options, inputs), part);
   }
-  ADD_FAILURE() << "no error";
-  return "";
+}
+
+// A picture or a scan.
+inline QueryResult Located(const std::string& name, double x, double y) {
+  QueryResult query;
+  query.verdict = QueryVerdict::kLocated;
+  query.color_path = name;
+  query.map_from_camera.translation = {x, y, 1.2};
+  return query;
+}
+
+inline QueryResult Lost(const std::string& name, const std::string& reason) {
+  QueryResult query;
+  query.verdict = QueryVerdict::kNotInMap;
+  query.color_path = name;
+  query.reason = reason;
+  return query;
 }
 
 }  // namespace nightmap

@@ -117,12 +117,8 @@ TEST(Relax, LeavesAPathOfOnePoint) {
 
 // A corridor 5 m wide, where all but the middle costs more: a path along its side is moved there.
 TEST(Relax, FindsTheMiddleOfACorridor) {
-  OccupancyGrid grid{400, 50, 0.1, Eigen::Vector2d::Zero(), {}};
-  grid.cells.assign(400 * 50, kFreeCell);
-  CostOptions options;
-  options.clearance_m = 2.4;
-  options.clearance_weight = 10;
-  const CostMap map = MakeCostMap(grid, options, 0.3, 1);
+  const CostMap map =
+      MakeCostMap(FreeGrid(400, 50, 0.1), {.clearance_m = 2.4, .clearance_weight = 10}, 0.3, 1);
   const Points relaxed = Relax(map, {{10.5, 6.5}, {200.5, 6.5}, {390.5, 6.5}});
   for (const auto& point : relaxed) {
     if (std::abs(point.x() - 200) < 120) {
@@ -136,9 +132,7 @@ TEST(Relax, FindsTheMiddleOfACorridor) {
 TEST(Relax, TightPathsAreNearTheOptimum) {
   const auto grid = OfficeFloor(2, 24).ToGrid(30, 0.05, 0.2);
   for (const double clearance_weight : {0.0, 2.0}) {
-    CostOptions options;
-    options.clearance_weight = clearance_weight;
-    const CostMap map = MakeCostMap(grid, options, 0.25, 1);
+    const CostMap map = MakeCostMap(grid, {.clearance_weight = clearance_weight}, 0.25, 1);
     Random random(5);
     double cost = 0;
     double optimum = 0;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A thousand random starts and goals on each of three maps, against a flood fill that shares no
 // code with the planner.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -76,27 +74,14 @@ struct Counts {
   int num_points = 0;
 };
 
-std::optional<PlanResult> TryPlan(const PlanOptions& options,
-                                  const PlanInputs& inputs,
-                                  std::string& error) {
-  try {
-    return Plan(options, inputs);
-  } catch (const DataError& failure) {
-    error = failure.what();
-    return std::nullopt;
-  }
-}
-
 Counts CheckPairs(const OccupancyGrid& grid, std::uint64_t seed) {
   const auto parts = FloodFill(grid);
   const auto part_at = [&](const Eigen::Vector2d& point) {
     const Eigen::Vector2i cell = grid.CellOf(point);
     return parts[grid.Index(cell.x(), cell.y())];
   };
-  PlanOptions options;
-  options.footprint.robot_radius_m = kRadius_m;
+  PlanOptions options = Between("", "", kRadius_m, 0);
   options.cost.max_hole_m = 0;
-  options.snap_radius_m = 0;
   Random random(seed);
   const auto draw = [&] {
     const auto draw_any = [&] {
@@ -114,12 +99,17 @@ Counts CheckPairs(const OccupancyGrid& grid, std::uint64_t seed) {
   for (int i = 0; i < kNumPairs; ++i) {
     const Eigen::Vector2d start = draw();
     const Eigen::Vector2d goal = draw();
-    options.start = fmt::format("{},{}", start.x(), start.y());
-    options.goal = fmt::format("{},{}", goal.x(), goal.y());
+    options.start = TextOf(start);
+    options.goal = TextOf(goal);
     options.planner = i % 2 == 0 ? "any_angle" : "astar";
     options.shorten = i % 4 < 2;
     std::string error;
-    const auto result = TryPlan(options, inputs, error);
+    std::optional<PlanResult> result;
+    try {
+      result = Plan(options, inputs);
+    } catch (const DataError& failure) {
+      error = failure.what();
+    }
     const bool fits = part_at(start) != 0 && part_at(goal) != 0;
     EXPECT_EQ(result.has_value(), fits && part_at(start) == part_at(goal))
         << options.start << " to " << options.goal << error;
@@ -161,9 +151,7 @@ TEST(RandomPaths, Clutter) {
 TEST(RandomPaths, RoomsSomeOfThemClosed) {
   Random random(7);
   OccupancyGrid grid = Building(random, 240, 60);
-  for (int i = 0; i < 240; ++i) {
-    for (const int wall : {120, 121, 122}) grid.cells[grid.Index(i, wall)] = kOccupiedCell;
-  }
+  FillCells(0, 120, 240, 123, kOccupiedCell, &grid);
   const auto counts = CheckPairs(grid, 3);
   EXPECT_GT(counts.num_paths, 100);
   EXPECT_GT(counts.num_unreachable, 100);

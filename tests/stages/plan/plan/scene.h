@@ -15,11 +15,7 @@ namespace nightmap {
 inline OccupancyGrid Building(Random& random, int side, int room) {
   OccupancyGrid grid = RandomGrid(random, side, side, 0);
   const auto fill = [&](int x0, int y0, int width, int height, CellValue value) {
-    for (int y = std::max(y0, 0); y < std::min(y0 + height, side); ++y) {
-      for (int x = std::max(x0, 0); x < std::min(x0 + width, side); ++x) {
-        grid.cells[grid.Index(x, y)] = value;
-      }
-    }
+    FillCells(x0, y0, x0 + width, y0 + height, value, &grid);
   };
   const auto inside = [&](int extent) {
     return 4 + static_cast<int>(random.Index(static_cast<std::size_t>(room - extent - 8)));

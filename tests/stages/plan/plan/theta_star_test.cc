@@ -91,21 +91,16 @@ TEST(Search, FindsWhatDijkstraFinds) {
 }
 
 TEST(Search, DoesNotCutCorners) {
-  CostOptions options;
-  options.clearance_weight = 0;
-  const CostMap map = MakeCostMap(GridFromText({"...",  //
-                                                ".#.",
-                                                "..."}),
-                                  options,
-                                  0,
-                                  1);
+  const auto map_of = [](const std::vector<std::string>& rows) {
+    return MakeCostMap(GridFromText(rows), {.clearance_weight = 0}, 0, 1);
+  };
+  const CostMap map = map_of({"...",  //
+                              ".#.",
+                              "..."});
   EXPECT_EQ(FindPath(map, {0, 0}, {2, 2}, Steps::kCellToCell).cells.size(), 5);
-  const CostMap gap = MakeCostMap(GridFromText({".#.",  //
-                                                "#..",
-                                                "..."}),
-                                  options,
-                                  0,
-                                  1);
+  const CostMap gap = map_of({".#.",  //
+                              "#..",
+                              "..."});
   for (const Steps steps : {Steps::kCellToCell, Steps::kAnyAngle}) {
     EXPECT_FALSE(FindPath(gap, {0, 2}, {2, 2}, steps).found);
   }
@@ -134,11 +129,7 @@ TEST(Search, ExpandsFewerCellsThanWithoutTheGoalInView) {
 
 // In the open it is the straight line, whatever the direction, once it is pulled tight.
 TEST(AnyAngle, IsStraightWhereNothingIsInTheWay) {
-  OccupancyGrid grid{100, 90, 0.05, Eigen::Vector2d::Zero(), {}};
-  grid.cells.assign(9000, kFreeCell);
-  CostOptions options;
-  options.unknown = "allowed";
-  const CostMap map = MakeCostMap(grid, options, 0.2, 1);
+  const CostMap map = MakeCostMap(FreeGrid(100, 90, 0.05), {.unknown = "allowed"}, 0.2, 1);
   Random random(3);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector2i start = RandomFreeCell(random, map);

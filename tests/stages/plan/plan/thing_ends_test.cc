@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ends of a path that are things, or the nearest thing of a class.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -12,12 +10,8 @@
 #include "stages/plan/plan/segment.h"
 #include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"
-#include "tests/test_data.h"
 
 namespace nightmap::thing_ends_test {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 constexpr double kRadius_m = 0.2;
 
@@ -33,16 +27,10 @@ Thing MakeThing(const std::string& class_name,
   return thing;
 }
 
-void Fill(const Eigen::AlignedBox2d& box, OccupancyGrid* grid) {
-  for (int y = 0; y < grid->height; ++y) {
-    for (int x = 0; x < grid->width; ++x) {
-      if (box.contains(grid->CenterInMap({x, y}))) grid->cells[grid->Index(x, y)] = kOccupiedCell;
-    }
-  }
-}
-
-Eigen::AlignedBox2d Box(double x0, double y0, double x1, double y1) {
-  return {Eigen::Vector2d(x0, y0), Eigen::Vector2d(x1, y1)};
+// Cells are of 5 cm.
+void Fill(double x0_m, double y0_m, double x1_m, double y1_m, PlanInputs* inputs) {
+  const auto cell = [](double m) { return static_cast<int>(std::lround(m / 0.05)); };
+  FillCells(cell(x0_m), cell(y0_m), cell(x1_m), cell(y1_m), kOccupiedCell, &inputs->grid);
 }
 
 // Occupies the cells whose centres are in the thing.
@@ -60,13 +48,9 @@ void Stand(const Thing& thing, PlanInputs* inputs) {
 
 // A hall of 8 m x 6 m within walls, from (0, 0) on.
 PlanInputs Hall() {
-  PlanInputs inputs;
-  inputs.grid = OccupancyGrid{160, 120, 0.05, Eigen::Vector2d::Zero(), {}};
-  inputs.grid.cells.assign(160 * 120, kFreeCell);
-  Fill(Box(0, 0, 8, 0.1), &inputs.grid);
-  Fill(Box(0, 5.9, 8, 6), &inputs.grid);
-  Fill(Box(0, 0, 0.1, 6), &inputs.grid);
-  Fill(Box(7.9, 0, 8, 6), &inputs.grid);
+  PlanInputs inputs{FreeGrid(160, 120, 0.05), {}, {}};
+  FillCells(0, 0, 160, 120, kOccupiedCell, &inputs.grid);
+  FillCells(2, 2, 158, 118, kFreeCell, &inputs.grid);
   return inputs;
 }
 
@@ -145,7 +129,7 @@ TEST(ThingEnds, OnlyTheLastGoalIsFaced) {
 
 TEST(ThingEnds, WithABlockedFrontAnotherSideDoes) {
   PlanInputs inputs = HallWithSofa();
-  Fill(Box(4.4, 1.2, 7.9, 4.8), &inputs.grid);
+  Fill(4.4, 1.2, 7.9, 4.8, &inputs);
   const PlanResult result = Plan(Between("1,3", "object:sofa_1"), inputs);
   ExpectBesideItsThing(result.ends[1], inputs);
   EXPECT_LT(result.ends[1].point_in_map.x(), 3.6);  // the back is nearest to the centre
@@ -155,7 +139,7 @@ TEST(ThingEnds, WithABlockedFrontAnotherSideDoes) {
 // Free cells before the front serve nobody who cannot get there; nor does the start change rooms.
 TEST(ThingEnds, AFrontBehindAWallIsNotReached) {
   PlanInputs inputs = HallWithSofa();
-  Fill(Box(4.35, 0, 4.45, 6), &inputs.grid);
+  Fill(4.35, 0, 4.45, 6, &inputs);
   const PlanResult result = Plan(Between("4,0.6", "object:sofa_1"), inputs);
   EXPECT_EQ(result.ends[0].moved_by_m, 0);
   EXPECT_LT(result.ends[1].point_in_map.x(), 4.4);
@@ -173,27 +157,28 @@ TEST(ThingEnds, NobodyStandsInAThingThatTheGridDoesNotShow) {
 
 TEST(ThingEnds, AThingOutOfReachIsRefusedWithTheRemedy) {
   PlanInputs inputs = HallWithSofa();
-  Fill(Box(2.2, 0.1, 6, 5.9), &inputs.grid);
-  EXPECT_THAT(ErrorOf(Between("1,3", "object:sofa"), inputs),
-              AllOf(HasSubstr("goal 'object:sofa' (sofa_1) at 4.000,3.000 is inside an obstacle"),
-                    HasSubstr("m from its rectangle at"),
-                    HasSubstr("more than snap_radius_m 1")));
-  PlanOptions wide = Between("1,3", "object:sofa_1");
-  wide.snap_radius_m = 2;
+  Fill(2.2, 0.1, 6, 5.9, &inputs);
+  ExpectError(Between("1,3", "object:sofa"),
+              inputs,
+              {"goal 'object:sofa' (sofa_1) at 4.000,3.000 is inside an obstacle",
+               "m from its rectangle at",
+               "more than snap_radius_m 1"});
+  const PlanOptions wide = nightmap::Between("1,3", "object:sofa_1", kRadius_m, 2);
   EXPECT_LT(Plan(wide, inputs).ends[1].point_in_map.x(), 2.2);
   PlanInputs cut_off = HallWithSofa();
-  Fill(Box(2, 0.1, 2.2, 5.9), &cut_off.grid);
-  EXPECT_THAT(ErrorOf(Between("1,3", "object:sofa_1"), cut_off),
-              AllOf(HasSubstr("no path from start '1,3' to goal 'object:sofa_1'"),
-                    HasSubstr("1.82 m from the other"),
-                    HasSubstr("a larger snap_radius_m")));
+  Fill(2, 0.1, 2.2, 5.9, &cut_off);
+  ExpectError(Between("1,3", "object:sofa_1"),
+              cut_off,
+              {"no path from start '1,3' to goal 'object:sofa_1'",
+               "1.82 m from the other",
+               "a larger snap_radius_m"});
 }
 
 // The next room is nearest to the sofa's centre, but from there the robot sees a wall.
 TEST(ThingEnds, BehindAWallIsNotBesideTheThing) {
   PlanInputs inputs = HallWithSofa();
-  Fill(Box(3.35, 0, 3.55, 5), &inputs.grid);    // behind the sofa
-  Fill(Box(4.4, 1.2, 7.9, 4.8), &inputs.grid);  // before it
+  Fill(3.35, 0, 3.55, 5, &inputs);    // behind the sofa
+  Fill(4.4, 1.2, 7.9, 4.8, &inputs);  // before it
   const PlanResult result = Plan(Between("1,1", "object:sofa_1"), inputs);
   ExpectBesideItsThing(result.ends[1], inputs);
   EXPECT_EQ(result.ends[1].side, ThingSide::kOther);
@@ -203,7 +188,7 @@ TEST(ThingEnds, BehindAWallIsNotBesideTheThing) {
 // sofa_1 is behind the wall beside the start, sofa_2 farther, but in the same room.
 PlanInputs TwoRooms() {
   PlanInputs inputs = Hall();
-  Fill(Box(3.9, 0, 4.1, 5), &inputs.grid);
+  Fill(3.9, 0, 4.1, 5, &inputs);
   Stand(MakeThing("sofa", 1, {0, {4.8, 1}}, {0.8, 1.2}), &inputs);
   Stand(MakeThing("sofa", 2, {0, {0.8, 4.5}}, {0.8, 1.2}), &inputs);
   Stand(MakeThing("lamp", 1, {0, {6, 5}}, {0.3, 0.3}), &inputs);
@@ -224,23 +209,24 @@ TEST(ThingEnds, OfAClassTheNearestByPathIsTaken) {
 
 TEST(ThingEnds, OfAClassOneThatIsReachedIsTaken) {
   PlanInputs inputs = TwoRooms();
-  Fill(Box(3.9, 4.9, 4.1, 6), &inputs.grid);  // closes the door
+  Fill(3.9, 4.9, 4.1, 6, &inputs);  // closes the door
   EXPECT_EQ(BoxOf(Plan(Between("7.5,1", "object:sofa"), inputs).ends[1]).name, "sofa_1");
   EXPECT_EQ(BoxOf(Plan(Between("3.4,1", "object:sofa"), inputs).ends[1]).name, "sofa_2");
 }
 
 TEST(ThingEnds, AClassOfSeveralIsNoStart) {
-  EXPECT_THAT(ErrorOf(Between("object:sofa", "1,1"), TwoRooms()),
-              HasSubstr("start 'object:sofa' fits 2 things (sofa_1, sofa_2): name one of them"));
+  ExpectError(Between("object:sofa", "1,1"),
+              TwoRooms(),
+              {"start 'object:sofa' fits 2 things (sofa_1, sofa_2): name one of them"});
   EXPECT_EQ(BoxOf(Plan(Between("object:lamp", "1,1"), TwoRooms()).ends[0]).name, "lamp_1");
 }
 
 TEST(ThingEnds, UnknownNamesNameThoseAlike) {
-  PlanInputs inputs = TwoRooms();
-  EXPECT_THAT(ErrorOf(Between("1,1", "object:sofa_7"), inputs),
-              HasSubstr("object 'sofa_7' is not among the 3 of the map (sofa_1, sofa_2, lamp_1), "
-                        "nor a class of things (sofa, lamp)"));
-  EXPECT_THAT(ErrorOf(Between("1,1", "object:lump"), inputs), HasSubstr("(lamp_1, sofa_1, sofa_2"));
+  ExpectError(Between("1,1", "object:sofa_7"),
+              TwoRooms(),
+              {"object 'sofa_7' is not among the 3 of the map (sofa_1, sofa_2, lamp_1), "
+               "nor a class of things (sofa, lamp)"});
+  ExpectError(Between("1,1", "object:lump"), TwoRooms(), {"(lamp_1, sofa_1, sofa_2"});
 }
 
 TEST(ThingEnds, AnObjectComesBeforeAThingOfItsName) {
@@ -252,16 +238,12 @@ TEST(ThingEnds, AnObjectComesBeforeAThingOfItsName) {
 
 TEST(ThingEnds, TheBottomOfAThingTellsItsFloor) {
   PlanInputs inputs = TwoRooms();
-  FloorFiles upper;
-  upper.number = 1;
-  upper.height_m = 3;
-  inputs.floors.push_back(upper);
+  inputs.floors.push_back({1, 3, "", "", ""});
   inputs.things[0].bottom_m = -0.15;  // measured a little low
   inputs.things[1].bottom_m = 2.9;
   inputs.things[2].bottom_m = 2.6;  // hangs from the ceiling
   const auto floor_of = [&](const std::string& start, const std::string& goal) {
-    PlanOptions options = Between(start, goal);
-    return PlanFloor(options, inputs);
+    return PlanFloor(Between(start, goal), inputs);
   };
   EXPECT_EQ(floor_of("object:sofa_1", "1,1"), 0U);
   EXPECT_EQ(floor_of("object:sofa_2", "1,1,3.1"), 1U);
