@@ -3,34 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/base/random.h"
+#include "tests/geometry/pose_matches.h"
 
 namespace nightmap::absolute_pose_test {
-
-const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
-
-Rigid3 RandomPose(Random& random) {
-  const Eigen::Vector3d axis(random.Gaussian(), random.Gaussian(), random.Gaussian());
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(random.Uniform(-0.5, 0.5), axis.normalized())),
-          {random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)}};
-}
-
-// Matches of which the first num_outliers have a pixel that fits nothing.
-std::vector<PointMatch> MakeMatches(const Rigid3& camera_from_world,
-                                    int num_matches,
-                                    int num_outliers,
-                                    Random& random) {
-  std::vector<PointMatch> matches;
-  for (int i = 0; i < num_matches; ++i) {
-    const Eigen::Vector2d pixel(random.Uniform(0, 639), random.Uniform(0, 479));
-    const double depth_m = random.Uniform(1, 4);
-    const Eigen::Vector3d point =
-        camera_from_world.Inverse() * kCamera.BackProjectUndistorted(pixel, depth_m);
-    const Eigen::Vector2d wrong(random.Uniform(0, 639), random.Uniform(0, 479));
-    matches.push_back({i < num_outliers ? wrong : pixel, point, 0, 0});
-  }
-  return matches;
-}
 
 TEST(AbsolutePose, RecoversPosesAmongOutliers) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {

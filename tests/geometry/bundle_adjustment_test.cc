@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/geometry/bundle_adjustment.h"
 
-#include <cmath>
 #include <limits>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"

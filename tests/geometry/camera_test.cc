@@ -111,16 +111,4 @@ TEST(DepthNoise, GrowsWithDepthSquared) {
   EXPECT_DOUBLE_EQ(noise.Sigma_m(3), 0.019);
 }
 
-// A pixel's undistorted pixel stays what it is; what is seen there moves to the side.
-TEST(Camera, AnotherFocalLengthKeepsTheUndistortedImage) {
-  const Camera camera{
-      640, 480, 517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
-  const Camera longer = camera.WithFocalScale(1.02);
-  for (const Eigen::Vector2d& pixel :
-       {Eigen::Vector2d(20, 30), Eigen::Vector2d(320, 240), Eigen::Vector2d(600, 300)}) {
-    EXPECT_LT((longer.Undistort(pixel) - camera.Undistort(pixel)).norm(), 1e-6);
-    EXPECT_LT((1.02 * longer.Normalize(pixel) - camera.Normalize(pixel)).norm(), 1e-8);
-  }
-}
-
 }  // namespace nightmap::camera_test

@@ -195,9 +195,12 @@ TEST(Lenses, AQuotientThatTurnsBackFoldsNothingIntoThePicture) {
 }
 
 TEST(Lenses, AnotherFocalLengthKeepsTheUndistortedImage) {
-  for (const Camera& camera : {Fisheye(), Rational()}) {
+  const Camera kinect{
+      640, 480, 517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
+  for (const Camera& camera : {Fisheye(), Rational(), kinect}) {
     for (const double scale : {0.97, 1.02}) {
       const Camera scaled = camera.WithFocalScale(scale);
+      EXPECT_NEAR(scaled.fx / camera.fx, scale, 1e-12);
       for (int y = 0; y < camera.height; y += 16) {
         for (int x = 0; x < camera.width; x += 16) {
           const Eigen::Vector2d pixel(x, y);

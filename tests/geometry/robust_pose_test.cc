@@ -2,39 +2,9 @@
 // Both minimal solvers in RANSAC: exact, among outliers, and where there is no pose to find.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-#include "pipeline/base/random.h"
-#include "pipeline/geometry/absolute_pose.h"
+#include "tests/geometry/pose_matches.h"
 
 namespace nightmap::robust_pose_test {
-
-const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
-
-Rigid3 RandomPose(Random& random) {
-  const Eigen::Vector3d axis(random.Gaussian(), random.Gaussian(), random.Gaussian());
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(random.Uniform(-3, 3), axis.normalized())),
-          {random.Uniform(-9, 9), random.Uniform(-9, 9), random.Uniform(-1, 1)}};
-}
-
-PointMatch MatchOf(const Rigid3& camera_from_world, const Eigen::Vector3d& point_in_camera) {
-  return {*kCamera.ProjectUndistorted(point_in_camera),
-          camera_from_world.Inverse() * point_in_camera,
-          0,
-          0};
-}
-
-Eigen::Vector3d RandomPoint(Random& random) {
-  return kCamera.BackProjectUndistorted({random.Uniform(0, 639), random.Uniform(0, 479)},
-                                        random.Uniform(1, 4));
-}
-
-std::vector<PointMatch> ExactMatches(const Rigid3& camera_from_world, int count, Random& random) {
-  std::vector<PointMatch> matches;
-  for (int i = 0; i < count; ++i)
-    matches.push_back(MatchOf(camera_from_world, RandomPoint(random)));
-  return matches;
-}
 
 // Features half a pixel off, and `num_outliers` of them anywhere.
 void Disturb(int num_outliers, Random& random, std::vector<PointMatch>* matches) {
@@ -57,7 +27,7 @@ int NumSolved(MinimalSolver solver, int outlier_percent, int max_iterations) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Random random(seed);
     const Rigid3 truth = RandomPose(random);
-    auto matches = ExactMatches(truth, 200, random);
+    auto matches = MakeMatches(truth, 200, 0, random);
     Disturb(2 * outlier_percent, random, &matches);
     const auto pose = EstimateAbsolutePose(
         kCamera, matches, {.solver = solver, .max_iterations = max_iterations, .seed = seed});
@@ -82,7 +52,7 @@ TEST_P(SolverTest, IsExactForExactMatches) {
     const Rigid3 truth = RandomPose(random);
     AbsolutePoseOptions options = Options(30, seed);
     options.local_optimization = options.refinement = false;
-    const auto pose = EstimateAbsolutePose(kCamera, ExactMatches(truth, 30, random), options);
+    const auto pose = EstimateAbsolutePose(kCamera, MakeMatches(truth, 30, 0, random), options);
     ASSERT_TRUE(pose) << seed;
     EXPECT_LT(DistanceBetween_m(pose->camera_from_world, truth), 1e-5) << seed;
     EXPECT_LT(AngleBetween_rad(pose->camera_from_world, truth), 1e-5) << seed;
@@ -100,7 +70,7 @@ TEST_P(SolverTest, NeedsOneMatchMoreThanItsSample) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
     const Rigid3 truth = RandomPose(random);
-    const auto matches = ExactMatches(truth, sample_size + 1, random);
+    const auto matches = MakeMatches(truth, sample_size + 1, 0, random);
     const auto pose = EstimateAbsolutePose(kCamera, matches, Options(sample_size + 1, seed));
     ASSERT_TRUE(pose) << seed;
     EXPECT_LT(DistanceBetween_m(pose->camera_from_world, truth), 1e-3) << seed;

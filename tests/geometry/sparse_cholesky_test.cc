@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <limits>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
