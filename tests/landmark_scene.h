@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/base/random.h"
+#include "pipeline/camera/verify_pairs.h"
 #include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
@@ -38,6 +39,8 @@ struct LandmarkScene {
   FeaturesShard features;
   std::vector<std::vector<int>> frame_points;  // point of each feature
 
+  FramesWithFeatures Input() const { return {frames, cameras, features}; }
+
   // Every point in the image is a feature, with its exact depth.
   FrameFeatures See(const Rigid3& map_from_camera, int frame_idx, std::vector<int>* seen) const {
     FrameFeatures view;
@@ -58,22 +61,32 @@ struct LandmarkScene {
   }
 };
 
+// The features that show the same point.
+inline std::vector<FeatureMatch> CommonPoints(const LandmarkScene& scene, int a, int b) {
+  const auto& points_a = scene.frame_points[static_cast<std::size_t>(a)];
+  const auto& points_b = scene.frame_points[static_cast<std::size_t>(b)];
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < points_a.size(); ++i) {
+    const auto found = std::ranges::lower_bound(points_b, points_a[i]);
+    if (found == points_b.end() || *found != points_a[i]) continue;
+    matches.push_back({static_cast<int>(i), static_cast<int>(found - points_b.begin())});
+  }
+  return matches;
+}
+
 // Makes a frame one that was tracked from another: it keeps the features that both see.
 inline void TrackFrom(int reference, int frame_idx, LandmarkScene* scene) {
   const auto frame = static_cast<std::size_t>(frame_idx);
-  const auto& of_reference = scene->frame_points[static_cast<std::size_t>(reference)];
   const FrameFeatures all = scene->features.frames[frame];
   FrameFeatures& tracked = scene->features.frames[frame];
   std::vector<int> points;
   tracked = FrameFeatures{};
   tracked.frame_idx = frame_idx;
   tracked.reference_frame_idx = reference;
-  for (std::size_t i = 0; i < scene->frame_points[frame].size(); ++i) {
-    const int point = scene->frame_points[frame][i];
-    const auto found = std::ranges::lower_bound(of_reference, point);
-    if (found == of_reference.end() || *found != point) continue;
-    points.push_back(point);
-    tracked.reference_features.push_back(static_cast<int>(found - of_reference.begin()));
+  for (const FeatureMatch& match : CommonPoints(*scene, frame_idx, reference)) {
+    const auto i = static_cast<std::size_t>(match.a);
+    points.push_back(scene->frame_points[frame][i]);
+    tracked.reference_features.push_back(match.b);
     tracked.keypoints_px.push_back(all.keypoints_px[i]);
     tracked.raw_keypoints_px.push_back(all.raw_keypoints_px[i]);
     tracked.scales_px.push_back(all.scales_px[i]);
@@ -87,6 +100,15 @@ inline Rigid3 ScenePose(double x_m, double yaw_rad) {
           {x_m, 0.1 * x_m, 0.05 * x_m}};
 }
 
+// The next frame, a second later.
+inline void AddFrame(const Rigid3& pose, LandmarkScene* scene) {
+  const int idx = static_cast<int>(scene->frames.size());
+  const std::int64_t time_ns = 1000000000LL * (idx + 1);
+  scene->frames.push_back({idx, time_ns, 0, 0, {}, {}, {}});
+  scene->poses.push_back({time_ns, pose});
+  scene->features.frames.push_back(scene->See(pose, idx, &scene->frame_points.emplace_back()));
+}
+
 // `num_frames` cameras side by side before a cloud of points 3 to 6 m away.
 inline LandmarkScene MakeLandmarkScene(int num_points = 600, int num_frames = 8) {
   LandmarkScene scene;
@@ -98,28 +120,40 @@ inline LandmarkScene MakeLandmarkScene(int num_points = 600, int num_frames = 8)
   }
   scene.cameras[0].color = Camera{640, 480, 520, 520, 319.5, 239.5};
   for (int i = 0; i < num_frames; ++i) {
-    FrameRecord frame;
-    frame.frame_idx = i;
-    frame.time_ns = 1000000000LL * (i + 1);
-    const Rigid3 pose = ScenePose(0.3 * i - 1.0, 0.1 - 0.03 * i);
-    scene.frames.push_back(frame);
-    scene.poses.push_back({frame.time_ns, pose});
-    scene.features.frames.push_back(scene.See(pose, i, &scene.frame_points.emplace_back()));
+    AddFrame(ScenePose(0.3 * i - 1.0, 0.1 - 0.03 * i), &scene);
   }
   return scene;
 }
 
-inline Vocabulary MakeSceneVocabulary(const LandmarkScene& scene) {
-  std::vector<std::uint8_t> all;
+// The same way once more, in the same frames with other numbers.
+inline void GoAgain(LandmarkScene* scene) {
+  const std::size_t num_out = scene->frames.size();
+  for (std::size_t i = 0; i < num_out; ++i) {
+    const int idx = static_cast<int>(num_out + i);
+    scene->frames.push_back(scene->frames[i]);
+    scene->frames.back().frame_idx = idx;
+    scene->features.frames.push_back(scene->features.frames[i]);
+    scene->features.frames.back().frame_idx = idx;
+  }
+}
+
+// The tree of all descriptors, and the words of each frame's.
+inline Vocabulary VocabularyOf(const std::vector<std::uint8_t>& all,
+                               const std::vector<FrameFeatures>& frames) {
   std::vector<std::vector<int>> words;
-  for (const auto& d : scene.descriptors) all.insert(all.end(), d.begin(), d.end());
   Vocabulary vocabulary;
   vocabulary.tree = VocabularyTree::Train(all, DescriptorKind::kRootSift, {}, 1);
-  for (const FrameFeatures& frame : scene.features.frames) {
+  for (const FrameFeatures& frame : frames) {
     words.push_back(vocabulary.tree.LeafWords(frame.descriptors, 1));
   }
   vocabulary.inverted_file = InvertedFile(words);
   return vocabulary;
+}
+
+inline Vocabulary MakeSceneVocabulary(const LandmarkScene& scene) {
+  std::vector<std::uint8_t> all;
+  for (const auto& d : scene.descriptors) all.insert(all.end(), d.begin(), d.end());
+  return VocabularyOf(all, scene.features.frames);
 }
 
 // Camera b from camera a.

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/progress.h"
 
 namespace nightmap {

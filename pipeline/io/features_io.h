@@ -50,6 +50,7 @@ struct FrameFeatures {
   std::vector<int> reference_features;  // feature of the reference frame that each entry continues;
                                         // only if tracked
 
+  bool operator==(const FrameFeatures&) const = default;
   bool IsDescribed() const { return reference_frame_idx < 0; }
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }
   FeatureView Feature(int feature_idx) const { return {*this, feature_idx}; }
@@ -75,6 +76,8 @@ struct FeaturesShard {
 struct FeatureMatch {
   int a = 0;  // feature index in the first image
   int b = 0;  // feature index in the second image
+
+  bool operator==(const FeatureMatch&) const = default;
 };
 
 // One feature of one frame, as an observation of a point.

@@ -17,6 +17,13 @@ constexpr int kHeight = 240;
 constexpr std::array kDetectors = {"sift", "orb", "brisk", "fast_orb", "fast_brisk", "harris"};
 const Camera kCamera{kWidth, kHeight, 260, 260, 159.5, 119.5};
 
+ExtractionOptions With(const std::string& detector, int num_features = 1000) {
+  ExtractionOptions options;
+  options.detector = detector;
+  options.num_features = num_features;
+  return options;
+}
+
 ColorImage Gray() {
   ColorImage image{kWidth, kHeight, 3, {}};
   image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 128);
@@ -66,21 +73,16 @@ TEST(ExtractFeatures, WeakOnesCountWhereAMaskLeavesFew) {
 }
 
 TEST(ExtractFeatures, ABlankImageHasNone) {
-  ColorImage image{kWidth, kHeight, 3, {}};
-  image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 90);
+  const ColorImage image = Gray();
   for (const char* detector : kDetectors) {
-    ExtractionOptions options;
-    options.detector = detector;
-    EXPECT_EQ(ExtractFeatures(image, kCamera, options).NumFeatures(), 0) << detector;
+    EXPECT_EQ(ExtractFeatures(image, kCamera, With(detector)).NumFeatures(), 0) << detector;
   }
 }
 
 TEST(ExtractFeatures, EveryDetectorFillsEveryListAndRepeats) {
   const ColorImage image = Dots(0);
   for (const char* detector : kDetectors) {
-    ExtractionOptions options;
-    options.detector = detector;
-    options.num_features = 50;
+    const ExtractionOptions options = With(detector, 50);
     const FrameFeatures features = ExtractFeatures(image, kCamera, options);
     const auto count = static_cast<std::size_t>(features.NumFeatures());
     EXPECT_GT(count, detector == std::string("harris") ? 1U : 10U) << detector;  // dots: no corners
@@ -95,11 +97,8 @@ TEST(ExtractFeatures, EveryDetectorFillsEveryListAndRepeats) {
 }
 
 TEST(ExtractFeatures, TheStrongestAreKeptInOrder) {
-  const ColorImage image = Dots(0);
-  ExtractionOptions options;
-  const FrameFeatures all = ExtractFeatures(image, kCamera, options);
-  options.num_features = 50;
-  const FrameFeatures few = ExtractFeatures(image, kCamera, options);
+  const FrameFeatures all = ExtractFeatures(Dots(0), kCamera, {});
+  const FrameFeatures few = ExtractFeatures(Dots(0), kCamera, With("sift", 50));
   ASSERT_EQ(few.NumFeatures(), 50);
   for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(few.keypoints_px[i], all.keypoints_px[i]);
 }
@@ -107,16 +106,9 @@ TEST(ExtractFeatures, TheStrongestAreKeptInOrder) {
 // The same dot painted in each quarter of the image, ever fainter.
 TEST(ExtractFeatures, FainterDotsComeLater) {
   const std::vector<Eigen::Vector2f> centers = {{240, 180}, {80, 60}, {240, 60}, {80, 180}};
-  ColorImage image{kWidth, kHeight, 3, {}};
-  image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 100);
+  ColorImage image = Gray();
   for (std::size_t i = 0; i < centers.size(); ++i) {
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const float distance_px = (Eigen::Vector2i(u, v).cast<float>() - centers[i]).norm();
-        const auto add = static_cast<std::uint8_t>(distance_px < 8 ? 150 - 30 * i : 0);
-        for (int c = 0; c < 3; ++c) image.At(u, v, c) += add;
-      }
-    }
+    AddDot(centers[i].cast<double>(), 4, 120 - 25 * static_cast<double>(i), &image);
   }
   const FrameFeatures features = ExtractFeatures(image, kCamera, {});
   std::vector<std::size_t> order;  // of the first keypoints at the dots' centres
@@ -130,9 +122,7 @@ TEST(ExtractFeatures, FainterDotsComeLater) {
 
 // Kept few or many, the strongest keep their places: cv::ORB::compute alone would group by octave.
 TEST(ExtractFeatures, OrbIsInOrderToo) {
-  ExtractionOptions options;
-  options.detector = "orb";
-  options.num_features = 50;
+  const ExtractionOptions options = With("orb", 50);
   const FrameFeatures few = ExtractFeatures(Dots(0), kCamera, options);
   std::set<float> scales(few.scales_px.begin(), few.scales_px.end());
   ASSERT_GT(scales.size(), 1U);
@@ -159,8 +149,7 @@ TEST(ExtractFeatures, OrbIsInOrderToo) {
 // but for those whose surroundings reach over its edges.
 TEST(ExtractFeatures, FastCornersAndTheirDescriptorsMoveWithTheImage) {
   for (const char* detector : {"fast_orb", "fast_brisk"}) {
-    ExtractionOptions options;
-    options.detector = detector;
+    const ExtractionOptions options = With(detector);
     const FrameFeatures still = ExtractFeatures(Dots(0), kCamera, options);
     const FrameFeatures moved = ExtractFeatures(Dots(6), kCamera, options);
     ASSERT_GT(still.NumFeatures(), 20) << detector;

@@ -8,15 +8,11 @@
 
 namespace nightmap::verify_pair_test {
 
-VerifyOptions TestVerifyOptions() {
+FramePair Verify(const LandmarkScene& scene, const FrameFeatures& a, const FrameFeatures& b) {
   VerifyOptions options;
   options.pose.min_inliers = 15;
-  return options;
-}
-
-FramePair Verify(const LandmarkScene& scene, const FrameFeatures& a, const FrameFeatures& b) {
   FramePair pair;
-  VerifyPair(TestVerifyOptions(), a, scene.cameras[0], b, scene.cameras[0], &pair);
+  VerifyPair(options, a, scene.cameras[0], b, scene.cameras[0], &pair);
   return pair;
 }
 

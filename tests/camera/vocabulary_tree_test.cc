@@ -4,7 +4,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "pipeline/base/error.h"
 #include "pipeline/camera/descriptor_distance.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -175,9 +174,7 @@ TEST(VocabularyTreeTrainTest, SeparatesClusters) {
       cluster_of.push_back(cluster);
     }
   }
-  VocabularyTreeOptions options;
-  options.depth = 1;
-  const auto tree = VocabularyTree::Train(all, DescriptorKind::kRootSift, options, 1);
+  const auto tree = VocabularyTree::Train(all, DescriptorKind::kRootSift, {.depth = 1}, 1);
   EXPECT_EQ(tree.NumNodes(), 11);
   const auto words = tree.LeafWords(all, 1);
   std::set<std::pair<int, int>> pairs;
@@ -198,10 +195,9 @@ TEST(VocabularyTreeTrainTest, StopsAtEqualAndAtFewDescriptors) {
 
 TEST(VocabularyTreeTrainTest, DependsOnTheSeed) {
   const auto descriptors = RandomDescriptors(DescriptorKind::kRootSift, 500, 1);
-  VocabularyTreeOptions other;
-  other.seed = 1;
-  EXPECT_NE(VocabularyTree::Train(descriptors, DescriptorKind::kRootSift, {}, 1).Centres(),
-            VocabularyTree::Train(descriptors, DescriptorKind::kRootSift, other, 1).Centres());
+  EXPECT_NE(
+      VocabularyTree::Train(descriptors, DescriptorKind::kRootSift, {}, 1).Centres(),
+      VocabularyTree::Train(descriptors, DescriptorKind::kRootSift, {.seed = 1}, 1).Centres());
 }
 
 TEST(VocabularyTreeNodesTest, RefusesWhatIsNoTree) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/plan/floors_io.h"
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "tests/test_data.h"
 

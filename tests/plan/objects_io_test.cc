@@ -3,7 +3,6 @@
 
 #include <numbers>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/plan/path_io.h"
 
-#include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
 namespace nightmap::path_io_test {

@@ -18,6 +18,8 @@ struct LandmarkMatch {
   int feature = 0;
   int landmark = 0;
   int distance = 0;  // from DescriptorDistance
+
+  bool operator==(const LandmarkMatch&) const = default;
 };
 
 // Keeps the most similar first (ties: lower feature, lower landmark), and each feature and each

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/adjust/adjust.h"
 
-#include "pipeline/base/error.h"
 #include "pipeline/graph/frame_poses.h"
 #include "stages/camera/adjust/adjust_output.h"
 #include "tests/landmark_scene.h"
 #include "tests/stages/graph/pose_graph/circle_scene.h"
-#include "tests/test_data.h"
 
 namespace nightmap::adjust_test {
 
@@ -49,16 +47,7 @@ void SeeTheSamePoints(AdjustInput* input) {
 AdjustResult Adjust(const AdjustInput& input,
                     const AdjustOptions& options = {},
                     int num_threads = 1) {
-  Progress progress("adjust", false);
-  return RunAdjust(options, input, progress, num_threads);
-}
-
-SensorEdge MeasuredBy(EdgeKind kind, int source, int target) {
-  return {kind,
-          1000000000LL * (source + 1),
-          1000000000LL * (target + 1),
-          TrueRelative(source, target),
-          1e-6 * Matrix6d::Identity()};
+  return RunAdjust(options, input, NoProgress(), num_threads);
 }
 
 TEST(Adjust, WithoutPointsThePosesAreThoseOfTheGraph) {
@@ -77,9 +66,7 @@ TEST(Adjust, WithoutPointsThePosesAreThoseOfTheGraph) {
 }
 
 TEST(Adjust, WithoutLoopsThereAreThePosesOfTheOdometry) {
-  PoseGraphInput closed = MakeInput();
-  closed.loops.clear();
-  const AdjustResult result = Adjust(After(closed));
+  const AdjustResult result = Adjust(After(MakeInput(0)));
   EXPECT_EQ(result.graph_from_camera.size(), static_cast<std::size_t>(kNumFrames));
   EXPECT_EQ(result.graph.edges.size() + 1, result.graph.vertices.size());
 }
@@ -112,11 +99,10 @@ TEST(Adjust, EdgesOfSensorsMoveToTheKeyframesThatStay) {
   PoseGraphInput closed = MakeInput();
   closed.edges = {{"wheels", {}}};
   for (int i = 0; i + 1 < kNumFrames; ++i) {
-    closed.edges[0].edges.push_back(MeasuredBy(EdgeKind::kOdometry, i, i + 1));
+    closed.edges[0].edges.push_back(MakeEdge(EdgeKind::kOdometry, i, i + 1));
   }
-  closed.edges[0].edges.push_back(MeasuredBy(EdgeKind::kLoop, 1, kNumFrames - 1));
-  closed.edges[0].edges.push_back(MeasuredBy(EdgeKind::kPrior, 9, 9));
-  closed.edges[0].edges.back().target_from_source = TruePose(9);
+  closed.edges[0].edges.push_back(MakeEdge(EdgeKind::kLoop, 1, kNumFrames - 1));
+  closed.edges[0].edges.push_back(Survey({9}).edges[0]);
   const std::size_t num_of_camera = Adjust(After(MakeInput())).graph.edges.size();
   AdjustInput input = After(closed);
   const std::size_t num_of_both = Adjust(input).graph.edges.size();
@@ -131,9 +117,7 @@ TEST(Adjust, EdgesOfSensorsMoveToTheKeyframesThatStay) {
 }
 
 TEST(Adjust, KeyframesBesideABridgeStay) {
-  PoseGraphInput closed = MakeBrokenInput();
-  closed.loops.clear();
-  AdjustInput input = After(closed);
+  AdjustInput input = After(MakeBrokenInput(0));
   SeeTheSamePoints(&input);
   const AdjustResult result = Adjust(input);
   EXPECT_GT(result.num_culled, 5);

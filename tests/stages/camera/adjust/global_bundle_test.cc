@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/adjust/adjust_output.h"
 #include "tests/failing_cholmod.h"
 #include "tests/landmark_scene.h"

@@ -3,25 +3,34 @@
 
 #include <tuple>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
 namespace nightmap::features_test {
 
+// At 2 m.
+RgbdImages Dark() {
+  return {{160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)},
+          {160, 120, 1, std::vector<float>(160 * 120, 2.0F)},
+          {}};
+}
+
 class FeaturesTest : public testing::Test {
  protected:
   FeaturesTest() {
     cameras_[0].color = Camera{160, 120, 130, 130, 79.5, 59.5};
-    for (int i = 0; i < 6; ++i)
+    AddFrames(6);
+  }
+
+  void AddFrames(int end) {
+    for (int i = static_cast<int>(frames_.size()); i < end; ++i) {
       frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
+    }
   }
   // Noise of the frame's own, at 2 m; frame 32 cannot be read.
   static RgbdImages Load(const FrameRecord& frame) {
     if (frame.frame_idx == 32) throw DataError("{}: truncated", frame.color.path);
-    RgbdImages images;
-    images.color = {160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)};
-    images.depth = {160, 120, 1, std::vector<float>(160 * 120, 2.0F)};
+    RgbdImages images = Dark();
     Random random(static_cast<std::uint64_t>(frame.frame_idx));
     for (int y = 0; y < 120; y += 4) {
       for (int x = 0; x < 160; x += 4) {
@@ -31,17 +40,19 @@ class FeaturesTest : public testing::Test {
     }
     return images;
   }
-  FeaturesResult Extract(int num_threads, const FeaturesOptions& options = {}) const {
-    Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, Load}, progress, num_threads);
+  FeaturesResult Run(const RgbdLoader& load,
+                     int num_threads = 1,
+                     LabelledFrames* labelled = nullptr) const {
+    return RunFeatures(options_, {frames_, cameras_, load, labelled}, NoProgress(), num_threads);
   }
 
   std::vector<RgbdCamera> cameras_{RgbdCamera{}};
   std::vector<FrameRecord> frames_;
+  FeaturesOptions options_;
 };
 
 TEST_F(FeaturesTest, ABrokenFrameIsReportedAndStaysInItsPlace) {
-  const FeaturesResult result = Extract(2);
+  const FeaturesResult result = Run(Load, 2);
   EXPECT_EQ(result.skipped, std::vector<std::string>{"2: truncated"});
   ASSERT_EQ(result.shard.frames.size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -58,9 +69,7 @@ TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
     images.depth = {};
     return images;
   };
-  Progress progress("features", false);
-  const auto without = RunFeatures({}, {frames_, cameras_, load}, progress, 1);
-  const auto with = Extract(1);
+  const auto without = Run(load), with = Run(Load);
   EXPECT_EQ(without.skipped, with.skipped);
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(without.shard.frames[i].descriptors, with.shard.frames[i].descriptors);
@@ -70,14 +79,9 @@ TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
 }
 
 TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
-  const FeaturesResult one = Extract(1), four = Extract(4);
+  const FeaturesResult one = Run(Load, 1), four = Run(Load, 4);
   EXPECT_EQ(one.skipped, four.skipped);
-  ASSERT_EQ(one.shard.frames.size(), four.shard.frames.size());
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    EXPECT_EQ(one.shard.frames[i].descriptors, four.shard.frames[i].descriptors);
-    EXPECT_EQ(one.shard.frames[i].keypoints_px, four.shard.frames[i].keypoints_px);
-    EXPECT_EQ(one.shard.frames[i].depths_m, four.shard.frames[i].depths_m);
-  }
+  EXPECT_EQ(one.shard.frames, four.shard.frames);
 }
 
 // A picture without pixels, which OpenCV refuses, and one that does not fit into memory.
@@ -88,13 +92,8 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
     if (frame.frame_idx == 34) images.depth.pixels.resize(std::size_t{1} << 62);
     return images;
   };
-  FeaturesOptions options;
-  options.segment_frames = 3;
-  const auto run = [&](int num_threads) {
-    Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, load}, progress, num_threads);
-  };
-  const FeaturesResult one = run(1), four = run(4);
+  options_.segment_frames = 3;
+  const FeaturesResult one = Run(load, 1), four = Run(load, 4);
   ASSERT_EQ(one.skipped.size(), 3U);
   EXPECT_THAT(one.skipped[0], testing::StartsWith("1: OpenCV: "));
   EXPECT_EQ(one.skipped[1], "2: truncated");
@@ -105,16 +104,13 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
     const FrameFeatures& frame = one.shard.frames[i];
     EXPECT_EQ(frame.frame_idx, static_cast<int>(i) + 30);
     EXPECT_EQ(frame.NumFeatures() == 0, i == 1 || i == 2 || i == 4) << i;
-    EXPECT_EQ(frame.raw_keypoints_px, four.shard.frames[i].raw_keypoints_px);
-    EXPECT_EQ(frame.descriptors, four.shard.frames[i].descriptors);
+    EXPECT_EQ(frame, four.shard.frames[i]) << i;
   }
 }
 
 // One picture that moves to the left by two pixels a frame.
 RgbdImages LoadMoving(const FrameRecord& frame) {
-  RgbdImages images;
-  images.color = {160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)};
-  images.depth = {160, 120, 1, std::vector<float>(160 * 120, 2.0F)};
+  RgbdImages images = Dark();
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 160; ++x) {
       Random random(1,
@@ -128,18 +124,12 @@ RgbdImages LoadMoving(const FrameRecord& frame) {
 }
 
 TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
-  FeaturesOptions options;
-  options.segment_frames = 4;
-  Progress progress("features", false);
-  const auto run = [&](int num_threads) {
-    return RunFeatures(options, {frames_, cameras_, LoadMoving}, progress, num_threads)
-        .shard.frames;
-  };
-  const auto frames = run(1), again = run(2);
+  options_.segment_frames = 4;
+  const auto frames = Run(LoadMoving).shard.frames;
+  EXPECT_EQ(Run(LoadMoving, 2).shard.frames, frames);
   const std::vector<int> expected = {-1, 30, 30, 30, -1, -1};
   for (std::size_t i = 0; i < 6; ++i) {
     ASSERT_EQ(frames[i].reference_frame_idx, expected[i]) << i;
-    EXPECT_EQ(frames[i].raw_keypoints_px, again[i].raw_keypoints_px);
     EXPECT_EQ(frames[i].descriptors.empty(), !frames[i].IsDescribed());
     for (std::size_t k = 0; k < frames[i].reference_features.size(); ++k) {
       const auto feature = static_cast<std::size_t>(frames[i].reference_features[k]);
@@ -150,8 +140,8 @@ TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
       EXPECT_FLOAT_EQ(frames[i].depths_m[k], 2.0F);
     }
   }
-  options.tracking.max_gap_frames = 0;
-  for (const FrameFeatures& frame : run(2)) EXPECT_TRUE(frame.IsDescribed());
+  options_.tracking.max_gap_frames = 0;
+  for (const auto& frame : Run(LoadMoving).shard.frames) EXPECT_TRUE(frame.IsDescribed());
 }
 
 // The first of the frames cannot be described, and one between cannot be tracked.
@@ -161,8 +151,7 @@ TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
     if (frame.frame_idx == 30 || frame.frame_idx == 33) images.color = {};
     return images;
   };
-  Progress progress("features", false);
-  const auto result = RunFeatures({}, {frames_, cameras_, load}, progress, 1);
+  const auto result = Run(load);
   EXPECT_EQ(result.skipped.size(), 2U);
   const std::vector<int> references = {-1, -1, 31, -1, 31, -1};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -175,8 +164,7 @@ TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
 TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
   cameras_.push_back(cameras_[0]);
   for (std::size_t i = 3; i < 6; ++i) frames_[i].camera_idx = 1;
-  Progress progress("features", false);
-  const auto frames = RunFeatures({}, {frames_, cameras_, LoadMoving}, progress, 1).shard.frames;
+  const auto frames = Run(LoadMoving).shard.frames;
   EXPECT_FALSE(frames[2].IsDescribed());
   EXPECT_TRUE(frames[3].IsDescribed());
   EXPECT_EQ(frames[4].reference_frame_idx, 33);
@@ -195,6 +183,11 @@ SegmentationModel WithNetwork(double still_gap_s) {
   return model;
 }
 
+std::int64_t NumOnPerson(const FrameFeatures& frame) {
+  return std::ranges::count_if(frame.raw_keypoints_px,
+                               [](const auto& pixel) { return pixel.x() < 59.5F; });
+}
+
 // A person is left of a column; in none of the pictures where that is 0.
 FrameLabeller PersonLeftOf(int column) {
   return [=](const FrameRecord&, const RgbdImages& images) {
@@ -209,17 +202,12 @@ FrameLabeller PersonLeftOf(int column) {
 
 // Every third frame has a label picture.
 TEST_F(FeaturesTest, OnlyFramesThatCanBeLabelledAreDescribed) {
-  for (int i = 6; i < 14; ++i) {
-    frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
-  }
+  AddFrames(14);
   for (std::size_t i = 1; i < frames_.size(); i += 3) frames_[i].others[kLabelChannel] = {"l", "h"};
   LabelledFrames labelled(WithPictures(), PersonLeftOf(0), frames_);
-  FeaturesOptions options;
-  options.segment_frames = 4;
-  options.tracking.max_gap_frames = 2;
-  Progress progress("features", false);
-  const auto frames =
-      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, progress, 2).shard.frames;
+  options_.segment_frames = 4;
+  options_.tracking.max_gap_frames = 2;
+  const auto frames = Run(LoadMoving, 2, &labelled).shard.frames;
   // 34 and 40 begin segments; 37 and 43 come after the longest gap.
   const std::vector<int> references = {-1, -1, 31, 31, -1, 34, 34, -1, 37, 37, -1, 40, 40, -1};
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -237,9 +225,7 @@ TEST_F(FeaturesTest, AFrameThatCannotBeLabelledKeepsTheFewThatAreFound) {
   };
   for (const std::size_t i : {0U, 1U, 3U, 4U, 5U}) frames_[i].others[kLabelChannel] = {"l", "h"};
   LabelledFrames labelled(WithPictures(), PersonLeftOf(0), frames_);
-  Progress progress("features", false);
-  const auto frames =
-      RunFeatures({}, {frames_, cameras_, load, &labelled}, progress, 1).shard.frames;
+  const auto frames = Run(load, 1, &labelled).shard.frames;
   EXPECT_EQ(frames[2].reference_frame_idx, 30);
   EXPECT_LT(frames[2].NumFeatures(), frames[1].NumFeatures() / 2);
   EXPECT_TRUE(frames[3].IsDescribed());
@@ -255,15 +241,14 @@ TEST_F(FeaturesTest, AFrameWithTheMaskOfItsCameraIsLabelled) {
     images.moving.pixels[0] = 255;
     return images;
   };
-  const SegmentationModel model = WithNetwork(1);
   const FrameLabeller nobody = [](const FrameRecord&, const RgbdImages&) {
     return Segmentation{{160, 120, 1, std::vector<std::uint8_t>(160 * 120)},
                         {160, 120, 1, std::vector<std::uint8_t>(160 * 120, 255)}};
   };
+  const SegmentationModel model = WithNetwork(1);
   LabelledFrames plain(model, nobody, frames_), masked(model, nobody, frames_);
-  Progress progress("features", false);
-  std::ignore = RunFeatures({}, {frames_, cameras_, LoadMoving, &plain}, progress, 1);
-  std::ignore = RunFeatures({}, {frames_, cameras_, load, &masked}, progress, 1);
+  std::ignore = Run(LoadMoving, 1, &plain);
+  std::ignore = Run(load, 1, &masked);
   EXPECT_FALSE(plain.Masks().empty());
   EXPECT_EQ(masked.Masks().size(), plain.Masks().size());
 }
@@ -273,18 +258,8 @@ TEST_F(FeaturesTest, AFrameWithTheMaskOfItsCameraIsLabelled) {
 TEST_F(FeaturesTest, LabelsTheFramesThatAreDescribed) {
   const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, PersonLeftOf(0), frames_);
-  FeaturesOptions options;
-  options.segment_frames = 4;
-  Progress progress("features", false);
-  const auto with =
-      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, progress, 2).shard.frames;
-  const auto without =
-      RunFeatures(options, {frames_, cameras_, LoadMoving}, progress, 2).shard.frames;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    EXPECT_EQ(with[i].reference_frame_idx, without[i].reference_frame_idx);
-    EXPECT_EQ(with[i].raw_keypoints_px, without[i].raw_keypoints_px);
-    EXPECT_EQ(with[i].descriptors, without[i].descriptors);
-  }
+  options_.segment_frames = 4;
+  EXPECT_EQ(Run(LoadMoving, 2, &labelled).shard.frames, Run(LoadMoving, 2).shard.frames);
   std::vector<std::int32_t> idx;
   for (const PackedLabels& frame : labelled.Labels().frames) idx.push_back(frame.frame_idx);
   EXPECT_EQ(idx, (std::vector<std::int32_t>{30, 34, 35}));
@@ -300,35 +275,20 @@ TEST_F(FeaturesTest, TracksThatRunIntoWhatMovesEnd) {
   }
   const SegmentationModel model = WithNetwork(0.25);
   LabelledFrames labelled(model, label, frames_);
-  Progress progress("features", false);
-  const auto frames =
-      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1).shard.frames;
-  const auto on_person = [](const FrameFeatures& frame) {
-    return std::ranges::count_if(frame.raw_keypoints_px,
-                                 [](const auto& pixel) { return pixel.x() < 59.5F; });
-  };
+  const auto frames = Run(LoadMoving, 1, &labelled).shard.frames;
   EXPECT_EQ(frames[3].reference_frame_idx, 30);
-  EXPECT_GT(on_person(frames[2]), 20);
-  EXPECT_EQ(on_person(frames[3]), 0);
-  EXPECT_EQ(on_person(frames[4]), 0);
-  EXPECT_EQ(on_person(frames[5]), 0);
+  EXPECT_GT(NumOnPerson(frames[2]), 20);
+  for (const std::size_t i : {3U, 4U, 5U}) EXPECT_EQ(NumOnPerson(frames[i]), 0);
   EXPECT_GT(frames[3].NumFeatures(), 50);
 }
 
 TEST_F(FeaturesTest, WhatMovesHasNoFeatures) {
   const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, PersonLeftOf(60), frames_);
-  Progress progress("features", false);
-  const auto masked =
-      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1).shard.frames;
-  const auto all = RunFeatures({}, {frames_, cameras_, LoadMoving}, progress, 1).shard.frames;
-  const auto on_person = [](const FrameFeatures& frame) {
-    return std::ranges::count_if(frame.raw_keypoints_px,
-                                 [](const auto& pixel) { return pixel.x() < 59.5F; });
-  };
-  EXPECT_GT(on_person(all[0]), 20);
-  EXPECT_EQ(on_person(masked[0]), 0);
-  EXPECT_EQ(on_person(masked[5]), 0);
+  const auto masked = Run(LoadMoving, 1, &labelled).shard.frames;
+  EXPECT_GT(NumOnPerson(Run(LoadMoving).shard.frames[0]), 20);
+  EXPECT_EQ(NumOnPerson(masked[0]), 0);
+  EXPECT_EQ(NumOnPerson(masked[5]), 0);
   EXPECT_GT(masked[0].NumFeatures(), 50);
   EXPECT_GT(masked[4].NumFeatures(), 50);
 }
@@ -341,8 +301,7 @@ TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
   };
   const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, label, frames_);
-  Progress progress("features", false);
-  const auto result = RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1);
+  const auto result = Run(LoadMoving, 1, &labelled);
   EXPECT_EQ(result.skipped, std::vector<std::string>{"30.png: label 9 is none of the 2 classes"});
   EXPECT_EQ(result.shard.frames[0].NumFeatures(), 0);
   EXPECT_TRUE(result.shard.frames[1].IsDescribed());

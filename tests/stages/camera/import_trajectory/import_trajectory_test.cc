@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/import_trajectory/import_trajectory.h"
 
-#include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
 namespace nightmap::import_trajectory_test {
@@ -10,11 +9,8 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 // A camera that walks along x at 0.3 m per s, with a frame each tenth of a second.
 std::vector<FrameRecord> FramesOf(int count) {
-  std::vector<FrameRecord> frames(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    frames[static_cast<std::size_t>(i)].frame_idx = i;
-    frames[static_cast<std::size_t>(i)].time_ns = i * kSecond_ns / 10;
-  }
+  std::vector<FrameRecord> frames;
+  for (int i = 0; i < count; ++i) frames.push_back({i, i * kSecond_ns / 10, 0, 0, {}, {}, {}});
   return frames;
 }
 

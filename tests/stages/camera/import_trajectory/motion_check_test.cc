@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/recording/frame_lists.h"
 #include "stages/camera/import_trajectory/import_trajectory.h"
@@ -182,10 +181,8 @@ TEST(MeasureMotions, MeasuresDescribedFramesWithAPoseAtAnyNumberOfThreads) {
   TrackFrom(2, 3, &scene);
   auto given = scene.poses;
   given.erase(given.begin() + 5);
-  const FramesWithFeatures input{scene.frames, scene.cameras, scene.features};
-  Progress progress("test", false);
-  const auto motions = MeasureMotions(input, given, 1, progress);
-  const auto again = MeasureMotions(input, given, 4, progress);
+  const auto motions = MeasureMotions(scene.Input(), given, 1, NoProgress());
+  const auto again = MeasureMotions(scene.Input(), given, 4, NoProgress());
   ASSERT_EQ(motions.size(), 5U);  // 0-1, 1-2, 2-4, 4-6, 6-7
   for (std::size_t i = 0; i < motions.size(); ++i) {
     const auto a = TruthAt(scene.poses, motions[i].time_a_ns);

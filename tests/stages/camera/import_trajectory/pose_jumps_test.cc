@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/import_trajectory/import_trajectory.h"
 #include "tests/test_data.h"
 

@@ -29,10 +29,7 @@ class ColmapExportTest : public testing::Test {
     return {
         scene_.frames, scene_.cameras, scene_.features, &vocabulary_.tree, scene_.poses, keyframes};
   }
-  LandmarkMap Map() const {
-    Progress progress("landmarks", false);
-    return RunLandmarks({}, Input(), progress, 1).map;
-  }
+  LandmarkMap Map() const { return RunLandmarks({}, Input(), NoProgress(), 1).map; }
 
   LandmarkScene scene_ = MakeLandmarkScene();
   Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);

@@ -4,7 +4,6 @@
 #include <map>
 #include <set>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/landmarks/landmarks_report.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -21,8 +20,7 @@ class LandmarksTest : public testing::Test {
                                &vocabulary_.tree,
                                scene_.poses,
                                keyframes_};
-    Progress progress("landmarks", false);
-    return RunLandmarks(options_, input, progress, num_threads);
+    return RunLandmarks(options_, input, NoProgress(), num_threads);
   }
   // The scene's point nearest to a landmark.
   int PointOf(const LandmarkMap& map, int landmark) const {
@@ -104,15 +102,9 @@ TEST_F(LandmarksTest, TheRoomSeenLastAndLeastKeepsItsShare) {
     scene_.descriptors.push_back(other.descriptors[i]);
   }
   for (const int i : {0, 1}) {
-    FrameRecord frame;
-    frame.frame_idx = static_cast<int>(scene_.frames.size());
-    frame.time_ns = 1000000000LL * (frame.frame_idx + 1);
     Rigid3 pose = other.poses[static_cast<std::size_t>(i)].pose;
     pose.translation.x() += 40;
-    scene_.frames.push_back(frame);
-    scene_.poses.push_back({frame.time_ns, pose});
-    scene_.features.frames.push_back(
-        scene_.See(pose, frame.frame_idx, &scene_.frame_points.emplace_back()));
+    AddFrame(pose, &scene_);
   }
   keyframes_ = scene_.poses;
   const LandmarksResult all = RunAll();

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/localize/localize_report.h"
 #include "stages/camera/localize/localizer.h"
 #include "stages/camera/localize/mirror_features.h"
@@ -39,8 +38,12 @@ class LocalizeTest : public testing::Test {
     return *MirrorFeatures(features, map_.kind, scene_.cameras[0].color);
   }
   std::vector<QueryResult> Run(int num_threads = 1) const {
-    Progress progress("localize", false);
-    return RunLocalize(options_, input_, progress, num_threads);
+    return RunLocalize(options_, input_, NoProgress(), num_threads);
+  }
+
+  static void AddRandomDescriptor(Random& random, FrameFeatures* features) {
+    const auto descriptor = RandomRootSift(random);
+    features->descriptors.insert(features->descriptors.end(), descriptor.begin(), descriptor.end());
   }
 
   LandmarkScene scene_ = MakeLandmarkScene();
@@ -59,7 +62,9 @@ class LocalizeTest : public testing::Test {
                          ColorImage gray{camera.color.width, camera.color.height, 3, {}};
                          gray.pixels.assign(static_cast<std::size_t>(640 * 480 * 3), 128);
                          return gray;
-                       }};
+                       },
+                       [this](const std::string& problem) { problems_.push_back(problem); }};
+  std::vector<std::string> problems_;
 };
 
 TEST_F(LocalizeTest, FindsThePose) {
@@ -74,9 +79,8 @@ TEST_F(LocalizeTest, FindsThePoseAmongManyWrongFeatures) {
   Random random(9);
   const int num_true = features_.NumFeatures();
   for (int i = 0; i < 2 * num_true; ++i) {
-    const auto descriptor = RandomRootSift(random);
+    AddRandomDescriptor(random, &features_);
     features_.keypoints_px.emplace_back(random.Uniform(0, 639), random.Uniform(0, 479));
-    features_.descriptors.insert(features_.descriptors.end(), descriptor.begin(), descriptor.end());
   }
   ExpectLocated(Localize(features_));
 }
@@ -270,12 +274,7 @@ TEST_F(LocalizeTest, APlaceWithAMirroredTwinIsFound) {
   }
   twin = Mirrored(twin);
   std::ranges::copy(twin.descriptors, &map_.descriptors[128 * num_points]);
-  const auto depth = static_cast<std::size_t>(map_.num_word_levels);
-  for (std::size_t i = num_points; i < 2 * num_points; ++i) {
-    std::vector<int> path = vocabulary_.tree.Path(map_.Descriptor(static_cast<int>(i)));
-    path.resize(depth, path.back());
-    std::ranges::copy(path, &map_.words[depth * i]);
-  }
+  FillWords(vocabulary_.tree, &map_);
   ExpectLocated(Localize(features_));
   const QueryResult twins = Localize(Mirrored(features_));
   ASSERT_TRUE(twins.IsLocated()) << twins.reason;
@@ -295,10 +294,7 @@ TEST_F(LocalizeTest, SaysWhyNotInTheMap) {
   Random random(11);
   FrameFeatures foreign = features_;
   foreign.descriptors.clear();
-  for (int i = 0; i < foreign.NumFeatures(); ++i) {
-    const auto descriptor = RandomRootSift(random);
-    foreign.descriptors.insert(foreign.descriptors.end(), descriptor.begin(), descriptor.end());
-  }
+  for (int i = 0; i < foreign.NumFeatures(); ++i) AddRandomDescriptor(random, &foreign);
   EXPECT_EQ(Localize(foreign).reason, "too_few_matches");
   FrameFeatures shuffled = features_;
   std::reverse(shuffled.keypoints_px.begin(), shuffled.keypoints_px.end());
@@ -317,10 +313,8 @@ TEST_F(LocalizeTest, EveryQueryGetsARow) {
     if (query.color.path == "broken.png") throw DataError("broken.png: truncated");
     return load_gray(query, camera);
   };
-  std::vector<std::string> problems;
-  input_.skip = [&](const std::string& problem) { problems.push_back(problem); };
   const auto results = Run(2);
-  EXPECT_EQ(problems, std::vector<std::string>{"broken.png: truncated"});
+  EXPECT_EQ(problems_, std::vector<std::string>{"broken.png: truncated"});
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[0].reason, "no_features");
   EXPECT_EQ(results[1].reason, "unreadable_image");
@@ -342,15 +336,13 @@ TEST_F(LocalizeTest, AnExceptionOfOpenCvIsOfItsPictureAlone) {
   input_.load_color = [&](const FrameRecord& query, const RgbdCamera& camera) {
     return query.camera_idx == 1 ? ColorImage{} : load_gray(query, camera);
   };
-  std::vector<std::string> problems;
-  input_.skip = [&](const std::string& problem) { problems.push_back(problem); };
   const auto results = Run(2);
   EXPECT_EQ(results[0].verdict, QueryVerdict::kNoFeatures);
   EXPECT_EQ(results[1].verdict, QueryVerdict::kUnreadable);
   EXPECT_EQ(results[1].reason, "unreadable_image");
   EXPECT_EQ(results[2].verdict, QueryVerdict::kNoFeatures);
-  ASSERT_EQ(problems.size(), 1U);
-  EXPECT_THAT(problems[0], testing::StartsWith("query.png: OpenCV: "));
+  ASSERT_EQ(problems_.size(), 1U);
+  EXPECT_THAT(problems_[0], testing::StartsWith("query.png: OpenCV: "));
 }
 
 TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/localize/mirror_features.h"
 
-#include <algorithm>
-
 #include "tests/stages/camera/localize/rendered_map.h"
 #include "tests/test_data.h"
 

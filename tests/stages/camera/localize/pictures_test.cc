@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole pictures, from pixels to the verdict.
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -55,8 +54,7 @@ class PicturesTest : public testing::Test {
                               [&](const std::string& problem) { problems_.push_back(problem); },
                               [](const char*) {},
                               {Map().camera}};
-    Progress progress("localize", false);
-    return RunLocalize(options_, input, progress, 1)[0];
+    return RunLocalize(options_, input, NoProgress(), 1)[0];
   }
   QueryResult LocalizePlain() { return Localize(plain_, camera_); }
 
@@ -163,11 +161,8 @@ TEST_F(PicturesTest, AGrayPictureIsLocated) {
 
 TEST_F(PicturesTest, APictureTurnedByAQuarterIsLocated) {
   ColorImage turned = Blank(camera_.height, camera_.width);
-  for (int y = 0; y < turned.height; ++y) {
-    for (int x = 0; x < turned.width; ++x) {
-      for (int c = 0; c < 3; ++c) turned.At(x, y, c) = plain_.At(y, camera_.height - 1 - x, c);
-    }
-  }
+  cv::Mat target = View(turned);
+  cv::rotate(View(plain_), target, cv::ROTATE_90_CLOCKWISE);
   const Camera camera{turned.width, turned.height, camera_.fy, camera_.fx, 119.5, 159.5};
   // Down becomes left.
   const Rigid3 roll{

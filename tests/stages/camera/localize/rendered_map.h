@@ -8,11 +8,10 @@
 
 #include "pipeline/camera/descriptor_distance.h"
 #include "pipeline/camera/extract_features.h"
-#include "pipeline/camera/vocabulary_io.h"
-#include "pipeline/io/landmarks_io.h"
 #include "pipeline/world/paint.h"
 #include "pipeline/world/render.h"
 #include "pipeline/world/route.h"
+#include "tests/stages/camera/localize/scene_map.h"
 
 namespace nightmap {
 
@@ -100,26 +99,17 @@ inline RenderedMap MakeRenderedMap() {
   result.camera.color = Camera{320, 240, 262.5, 262.5, 159.5, 119.5};
   result.extraction.num_features = 600;
   LandmarkMap& map = result.map;
-  std::vector<std::vector<std::uint8_t>> descriptors;
+  std::vector<FrameFeatures> frames;
   for (int i = 0; i < 6; ++i) {
     const Rigid3 pose = PosterPose(i);
     const auto seed = static_cast<std::uint64_t>(i);
     const RenderedFrame frame = Render(result.world, result.camera.color, pose, {}, 2.0, seed);
     const auto features = ExtractFeatures(frame.color, result.camera.color, result.extraction);
     AddView(frame, features, {i, 1000000000LL * (i + 1), pose}, result, &map);
-    descriptors.push_back(features.descriptors);
+    frames.push_back(features);
   }
-  VocabularyTree& tree = result.vocabulary.tree;
-  tree = VocabularyTree::Train(map.descriptors, map.kind, {}, 1);
-  map.num_word_levels = tree.Depth();
-  for (int i = 0; i < map.NumDescriptors(); ++i) {
-    std::vector<int> path = tree.Path(map.Descriptor(i));
-    path.resize(static_cast<std::size_t>(tree.Depth()), path.back());
-    map.words.insert(map.words.end(), path.begin(), path.end());
-  }
-  std::vector<std::vector<int>> words;
-  for (const auto& of_frame : descriptors) words.push_back(tree.LeafWords(of_frame, 1));
-  result.vocabulary.inverted_file = InvertedFile(words);
+  result.vocabulary = VocabularyOf(map.descriptors, frames);
+  FillWords(result.vocabulary.tree, &map);
   return result;
 }
 

@@ -2,7 +2,6 @@
 // The analytic scene as a landmark map.
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "pipeline/io/landmarks_io.h"
@@ -10,15 +9,23 @@
 
 namespace nightmap {
 
+// Gives each descriptor its words at every level of the tree.
+inline void FillWords(const VocabularyTree& tree, LandmarkMap* map) {
+  map->num_word_levels = tree.Depth();
+  map->words.clear();
+  for (int i = 0; i < map->NumDescriptors(); ++i) {
+    std::vector<int> path = tree.Path(map->Descriptor(i));
+    path.resize(static_cast<std::size_t>(tree.Depth()), path.back());
+    map->words.insert(map->words.end(), path.begin(), path.end());
+  }
+}
+
 // The map of the scene as the landmarks stage would make it, without that stage.
 inline LandmarkMap MakeSceneMap(const LandmarkScene& scene, const VocabularyTree& tree) {
   LandmarkMap map;
-  map.num_word_levels = tree.Depth();
-  for (std::size_t i = 0; i < scene.frames.size(); ++i) {
-    map.keyframes.push_back({static_cast<int>(i), scene.poses[i].time_ns, scene.poses[i].pose});
-  }
   map.landmark_keyframes.resize(scene.points_in_map.size());
   for (std::size_t i = 0; i < scene.frames.size(); ++i) {
+    map.keyframes.push_back({static_cast<int>(i), scene.poses[i].time_ns, scene.poses[i].pose});
     for (const int point : scene.frame_points[i]) {
       map.landmark_keyframes[static_cast<std::size_t>(point)].push_back(static_cast<int>(i));
     }
@@ -29,10 +36,8 @@ inline LandmarkMap MakeSceneMap(const LandmarkScene& scene, const VocabularyTree
     const auto& descriptor = scene.descriptors[i];
     map.descriptors.insert(map.descriptors.end(), descriptor.begin(), descriptor.end());
     map.descriptor_landmarks.push_back(static_cast<int>(i));
-    std::vector<int> path = tree.Path(descriptor.data());
-    path.resize(static_cast<std::size_t>(tree.Depth()), path.back());
-    map.words.insert(map.words.end(), path.begin(), path.end());
   }
+  FillWords(tree, &map);
   return map;
 }
 

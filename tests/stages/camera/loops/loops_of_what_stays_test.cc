@@ -11,13 +11,7 @@ namespace nightmap::loops_of_what_stays_test {
 TEST(RunLoopsOfWhatStays, PairsHaveNoMaskedFeatureAndTheIndicesOfTheInput) {
   LandmarkScene scene = MakeLandmarkScene();
   const std::size_t num_out = scene.frames.size();
-  for (std::size_t i = 0; i < num_out; ++i) {
-    const int idx = static_cast<int>(num_out + i);
-    scene.frames.push_back(scene.frames[i]);
-    scene.frames.back().frame_idx = idx;
-    scene.features.frames.push_back(scene.features.frames[i]);
-    scene.features.frames.back().frame_idx = idx;
-  }
+  GoAgain(&scene);
   const Camera& camera = scene.cameras[0].color;
   GrayImage upper{camera.width, camera.height, 1, {}};
   upper.pixels.resize(static_cast<std::size_t>(camera.width) *
@@ -35,11 +29,9 @@ TEST(RunLoopsOfWhatStays, PairsHaveNoMaskedFeatureAndTheIndicesOfTheInput) {
   LoopsOptions options;
   options.min_gap = 8;
   options.verify.pose.min_inliers = 12;
-  Progress progress("test", false);
-  const FramesWithFeatures input{scene.frames, scene.cameras, scene.features};
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
   const auto pairs = RunLoopsOfWhatStays(
-      options, input, vocabulary, scene.frames, FrameReader({}, {path}), progress, 2);
+      options, scene.Input(), vocabulary, scene.frames, FrameReader({}, {path}), NoProgress(), 2);
   int num_exact = 0;
   for (const FramePair& pair : pairs) {
     const FrameFeatures& a = scene.features.frames[static_cast<std::size_t>(pair.frame_a)];

@@ -1,33 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/loops/loops.h"
 
-#include "pipeline/base/error.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
 namespace nightmap::loops_test {
 
-FramesWithFeatures InputOf(const LandmarkScene& scene) {
-  return {scene.frames, scene.cameras, scene.features};
-}
-
 TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
   LandmarkScene scene = MakeLandmarkScene();
   const std::size_t num_out = scene.frames.size();
-  for (std::size_t i = 0; i < num_out; ++i) {  // the same poses again
-    const int idx = static_cast<int>(num_out + i);
-    scene.frames.push_back(scene.frames[i]);
-    scene.frames.back().frame_idx = idx;
-    scene.poses.push_back(scene.poses[i]);
-    scene.features.frames.push_back(scene.features.frames[i]);
-    scene.features.frames.back().frame_idx = idx;
-  }
+  GoAgain(&scene);
   LoopsOptions options;
   options.min_gap = 8;
   options.stride = 1;
-  Progress progress("test", false);
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
-  const auto loops = RunLoops(options, InputOf(scene), vocabulary, progress, 2);
+  const auto loops = RunLoops(options, scene.Input(), vocabulary, NoProgress(), 2);
   int num_exact = 0;
   for (const FramePair& loop : loops) {
     EXPECT_GE(loop.frame_b - loop.frame_a, options.min_gap);
@@ -42,21 +29,20 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
     if (i != num_out + 3) words[i].clear();
   }
   lonely.inverted_file = InvertedFile(words);
-  for (const FramePair& loop : RunLoops(options, InputOf(scene), lonely, progress, 2)) {
+  for (const FramePair& loop : RunLoops(options, scene.Input(), lonely, NoProgress(), 2)) {
     EXPECT_EQ(loop.frame_b, static_cast<int>(num_out) + 3);
     EXPECT_EQ(loop.status, PairStatus::kInconsistent);
   }
 
   options.min_gap = 16;
-  EXPECT_TRUE(RunLoops(options, InputOf(scene), vocabulary, progress, 2).empty());
+  EXPECT_TRUE(RunLoops(options, scene.Input(), vocabulary, NoProgress(), 2).empty());
 }
 
 TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
   const LandmarkScene scene = MakeLandmarkScene();
   const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
-    Progress progress("test", false);
     NIGHTMAP_EXPECT_ERROR(
-        DataError, RunLoops({}, InputOf(listed), vocabulary, progress, 1), "vocabulary: lists");
+        DataError, RunLoops({}, listed.Input(), vocabulary, NoProgress(), 1), "vocabulary: lists");
   };
   Vocabulary damaged = MakeSceneVocabulary(scene);
   auto words = damaged.inverted_file.Words();

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/matches/matches.h"
 
-#include "pipeline/base/error.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
 namespace nightmap::matches_test {
 
-FramesWithFeatures InputOf(const LandmarkScene& scene) {
-  return {scene.frames, scene.cameras, scene.features};
-}
-
 TEST(RunMatches, TakesEveryOffsetAndIsTheSameAtAnyNumberOfThreads) {
   const LandmarkScene scene = MakeLandmarkScene();
   MatchesOptions options;
   options.pair_offsets = {1, 3};
-  Progress progress("test", false);
-  const auto pairs = RunMatches(options, InputOf(scene), 2, progress, 1);
-  const auto again = RunMatches(options, InputOf(scene), 2, progress, 4);
+  const auto pairs = RunMatches(options, scene.Input(), 2, NoProgress(), 1);
+  const auto again = RunMatches(options, scene.Input(), 2, NoProgress(), 4);
   // b = 2 has one partner (1), b = 3..7 have two.
   ASSERT_EQ(pairs.size(), 11U);
   ASSERT_EQ(again.size(), pairs.size());
@@ -34,9 +28,8 @@ TEST(RunMatches, ATrackedFrameIsPairedWithItsReferenceWithoutDescriptors) {
   for (const int idx : {1, 2, 4}) TrackFrom(idx / 3 * 3, idx, &scene);
   MatchesOptions options;
   options.pair_offsets = {1, 2};
-  Progress progress("test", false);
   std::vector<std::pair<int, int>> ends;
-  for (const FramePair& pair : RunMatches(options, InputOf(scene), 0, progress, 2)) {
+  for (const FramePair& pair : RunMatches(options, scene.Input(), 0, NoProgress(), 2)) {
     ends.emplace_back(pair.frame_a, pair.frame_b);
     EXPECT_EQ(pair.status, PairStatus::kAccepted);
     const auto error = LeftError(
@@ -59,8 +52,7 @@ TEST(RunMatches, AFrameThatMatchesNoNeighbourIsMatchedFartherBack) {
   MatchesOptions options;
   options.pair_offsets = {1, 2};
   options.wide_search = 3;
-  Progress progress("test", false);
-  const auto pairs = RunMatches(options, InputOf(scene), 0, progress, 2);
+  const auto pairs = RunMatches(options, scene.Input(), 0, NoProgress(), 2);
   const auto status = [&](int a, int b) {
     const auto found = std::ranges::find_if(
         pairs, [&](const FramePair& pair) { return pair.frame_a == a && pair.frame_b == b; });
@@ -74,11 +66,10 @@ TEST(RunMatches, AFrameThatMatchesNoNeighbourIsMatchedFartherBack) {
 }
 
 TEST(RunMatches, RefusesFeaturesOfOtherFrames) {
-  FramesWithFeatures input = InputOf(MakeLandmarkScene());
+  FramesWithFeatures input = MakeLandmarkScene().Input();
   input.features.frames.pop_back();
-  Progress progress("test", false);
   NIGHTMAP_EXPECT_ERROR(
-      DataError, RunMatches({}, input, 0, progress, 1), "not of the listed frames");
+      DataError, RunMatches({}, input, 0, NoProgress(), 1), "not of the listed frames");
 }
 
 }  // namespace nightmap::matches_test

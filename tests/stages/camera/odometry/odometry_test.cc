@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/odometry/initial_poses.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -17,16 +16,9 @@ FramePair MakePair(const LandmarkScene& scene, int a, int b, double noise_m) {
   pair.frame_a = a;
   pair.frame_b = b;
   pair.status = PairStatus::kAccepted;
-  const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  pair.b_from_a = scene.poses[at(b)].pose.Inverse() * scene.poses[at(a)].pose;
+  pair.b_from_a = TrueRelative(scene, static_cast<std::size_t>(a), static_cast<std::size_t>(b));
   for (double& value : pair.b_from_a.translation) value += noise_m * random.Gaussian();
-  const auto& points_a = scene.frame_points[at(a)];
-  const auto& points_b = scene.frame_points[at(b)];
-  for (std::size_t i = 0; i < points_a.size(); ++i) {
-    const auto found = std::ranges::lower_bound(points_b, points_a[i]);
-    if (found == points_b.end() || *found != points_a[i]) continue;
-    pair.inliers.push_back({static_cast<int>(i), static_cast<int>(found - points_b.begin())});
-  }
+  pair.inliers = CommonPoints(scene, a, b);
   return pair;
 }
 
@@ -56,8 +48,7 @@ void Isolate(int lost, std::vector<FramePair>* pairs) {
 }
 
 double Error_m(const LandmarkScene& scene, int idx, const Rigid3& first_from_camera) {
-  const auto i = static_cast<std::size_t>(idx);
-  const Rigid3 expected = scene.poses[0].pose.Inverse() * scene.poses[i].pose;
+  const Rigid3 expected = TrueRelative(scene, static_cast<std::size_t>(idx), 0);
   return (expected.translation - first_from_camera.translation).norm();
 }
 
@@ -105,14 +96,13 @@ TEST(Interpolate, EndsAreThePoses) {
 
 class OdometryTest : public testing::Test {
  protected:
-  OdometryInput Input(const std::vector<FramePair>& pairs, int first_frame_idx = 0) const {
-    return {scene_.frames, scene_.cameras, scene_.features, pairs, first_frame_idx};
-  }
   OdometryShard Run(const std::vector<FramePair>& pairs,
                     int first_frame_idx = 0,
                     const OdometryOptions& options = {}) const {
-    Progress progress("odometry", false);
-    return RunOdometry(options, Input(pairs, first_frame_idx), progress).shard;
+    return RunOdometry(options,
+                       {scene_.frames, scene_.cameras, scene_.features, pairs, first_frame_idx},
+                       NoProgress())
+        .shard;
   }
   double WorstError_m(const OdometryShard& shard) const {
     double worst = 0;
@@ -229,8 +219,7 @@ TEST_F(OdometryTest, ALaterShardHangsOnTheLastFrameOfTheOneBefore) {
   ASSERT_FALSE(shard.edges.empty());
   const PoseEdge& first = shard.edges[0];
   EXPECT_EQ(first.frame_a, 5);
-  const Rigid3 expected =
-      scene_.poses[static_cast<std::size_t>(first.frame_b)].pose.Inverse() * scene_.poses[5].pose;
+  const Rigid3 expected = TrueRelative(scene_, 5, static_cast<std::size_t>(first.frame_b));
   EXPECT_LT((first.b_from_a.translation - expected.translation).norm(), 0.002);
 }
 

@@ -56,4 +56,10 @@ struct Turning {
   }
 };
 
+inline ColorImage ToColor(const GrayImage& gray) {
+  ColorImage color{gray.width, gray.height, 3, {}};
+  for (const std::uint8_t level : gray.pixels) color.pixels.insert(color.pixels.end(), 3, level);
+  return color;
+}
+
 }  // namespace nightmap::survey_test

@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <string>
 
-#include "pipeline/base/error.h"
 #include "stages/camera/survey/survey.h"
 #include "stages/camera/survey/survey_output.h"
 #include "tests/stages/camera/survey/made_up_pictures.h"
+#include "tests/test_data.h"
 
 namespace nightmap::survey_test {
 
-SurveyInput InputOf(const Turning& world, int num_frames) {
+SurveyInput InputOf(int num_frames) {
+  static const Turning world;
   SurveyInput input;
-  RgbdCamera camera;
-  camera.color.width = kWidth;
-  camera.color.height = kHeight;
-  input.cameras = {camera};
+  input.cameras.resize(1);
+  input.cameras[0].color = {.width = kWidth, .height = kHeight};
   for (int i = 0; i < num_frames; ++i) {
     const std::string number = std::to_string(i);
     input.frames.push_back({i,
@@ -27,24 +24,22 @@ SurveyInput InputOf(const Turning& world, int num_frames) {
                             {number + "d.png", number + "d"},
                             {}});
   }
-  input.load = [&world](const FrameRecord& frame) {
+  input.load = [](const FrameRecord& frame) {
     if (frame.frame_idx == 13) throw DataError("13.png: cannot be read");
-    const GrayImage gray = world.Color(frame.frame_idx % 40);
-    RgbdImages images;
-    images.color = {kWidth, kHeight, 3, {}};
-    for (const std::uint8_t level : gray.pixels)
-      images.color.pixels.insert(images.color.pixels.end(), 3, level);
-    images.depth = world.Depth(frame.frame_idx % 40);
-    return images;
+    const int place = frame.frame_idx % 40;
+    return RgbdImages{ToColor(world.Color(place)), world.Depth(place), {}};
   };
   return input;
 }
 
+SurveyResult Survey(const SurveyInput& input,
+                    int num_threads = 2,
+                    const SurveyOptions& options = {}) {
+  return RunSurvey(options, input, NoProgress(), num_threads);
+}
+
 TEST(Survey, LooksAtAllFramesOfAShortRecording) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 40);
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, progress, 2);
+  const SurveyResult result = Survey(InputOf(40));
   EXPECT_EQ(result.num_sampled, 40U);
   EXPECT_EQ(result.frames.size(), 39U);
   ASSERT_EQ(result.skipped.size(), 1U);
@@ -57,19 +52,16 @@ TEST(Survey, LooksAtAllFramesOfAShortRecording) {
 }
 
 TEST(Survey, FramesOfOneVideoAreDifferentPictures) {
-  const Turning world;
-  SurveyInput input = InputOf(world, 12);
+  SurveyInput input = InputOf(12);
   for (FrameRecord& frame : input.frames) frame.color.hash = frame.depth.hash = "of the video";
-  Progress progress("survey", false);
-  for (const SurveyedFrame& frame : RunSurvey({}, input, progress, 2).frames) {
+  for (const SurveyedFrame& frame : Survey(input).frames) {
     EXPECT_FALSE(frame.to_previous.same_color);
     EXPECT_FALSE(frame.to_previous.same_depth);
   }
 }
 
 TEST(Survey, FindsRepeatedDepthAndNoneInPicturesWithoutDepth) {
-  const Turning world;
-  SurveyInput input = InputOf(world, 12);
+  SurveyInput input = InputOf(12);
   const RgbdLoader moving = input.load;
   for (const float depth_m : {2.0F, 0.0F}) {
     input.load = [&](const FrameRecord& frame) {
@@ -77,8 +69,7 @@ TEST(Survey, FindsRepeatedDepthAndNoneInPicturesWithoutDepth) {
       std::ranges::fill(images.depth.pixels, depth_m);
       return images;
     };
-    Progress progress("survey", false);
-    const SurveyResult result = RunSurvey({}, input, progress, 2);
+    const SurveyResult result = Survey(input);
     for (std::size_t i = 1; i < result.frames.size(); ++i) {
       EXPECT_EQ(result.frames[i].to_previous.same_depth, depth_m > 0) << i;
     }
@@ -86,45 +77,37 @@ TEST(Survey, FindsRepeatedDepthAndNoneInPicturesWithoutDepth) {
 }
 
 TEST(Survey, TakesEvenlySpreadWindowsOfALongRecording) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 400);
   SurveyOptions options;
   options.max_frames = 60;
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey(options, input, progress, 2);
+  const SurveyResult result = Survey(InputOf(400), 2, options);
   EXPECT_EQ(result.num_sampled, 60U);
   EXPECT_EQ(result.frames.front().frame, 0U);
   EXPECT_GE(result.frames.back().frame, 260U);
 }
 
 TEST(Survey, IsTheSameAtAnyNumberOfThreads) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 50);
-  Progress progress("survey", false);
-  const SurveyResult one = RunSurvey({}, input, progress, 1),
-                     four = RunSurvey({}, input, progress, 4);
+  const SurveyInput input = InputOf(50);
+  const SurveyResult one = Survey(input, 1), four = Survey(input, 4);
   EXPECT_EQ(SurveyToCsv(one, input.frames), SurveyToCsv(four, input.frames));
   EXPECT_EQ(Summarize(one, input.frames, input.cameras),
             Summarize(four, input.frames, input.cameras));
 }
 
 TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
-  const Turning world;
-  SurveyInput input = InputOf(world, 12);
+  SurveyInput input = InputOf(12);
   for (FrameRecord& frame : input.frames) frame.depth = {};
   const RgbdLoader with_depth = input.load;
   input.load = [&](const FrameRecord& frame) {
     return RgbdImages{with_depth(frame).color, {}, {}};
   };
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, progress, 2);
+  const SurveyResult result = Survey(input);
   EXPECT_TRUE(result.alignments.empty());
   EXPECT_NE(SurveyToCsv(result, input.frames).find(",,,,,,,,\n"), std::string::npos);
 }
 
 // The camera of odd frames sees the robot; that of even ones does not.
 TEST(Survey, FindsWhatStaysInThePicturesOfEachCamera) {
-  SurveyInput input = InputOf(Turning(), 120);
+  SurveyInput input = InputOf(120);
   input.cameras.push_back(input.cameras.front());
   input.cameras.back().camera_id = "low";
   for (FrameRecord& frame : input.frames) frame.camera_idx = frame.frame_idx % 2;
@@ -136,14 +119,9 @@ TEST(Survey, FindsWhatStaysInThePicturesOfEachCamera) {
     std::copy(robot.pixels.begin() + static_cast<std::ptrdiff_t>(first),
               robot.pixels.end(),
               gray.pixels.begin() + static_cast<std::ptrdiff_t>(first));
-    RgbdImages images{{kWidth, kHeight, 3, {}}, {}, {}};
-    for (const std::uint8_t level : gray.pixels) {
-      images.color.pixels.insert(images.color.pixels.end(), 3, level);
-    }
-    return images;
+    return RgbdImages{ToColor(gray), {}, {}};
   };
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, progress, 2);
+  const SurveyResult result = Survey(input);
   const auto parts = Summarize(result, input.frames, input.cameras).at("fixed_parts");
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].at("share"), 0);

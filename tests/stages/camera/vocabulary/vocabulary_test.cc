@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/vocabulary/vocabulary.h"
 
-#include "pipeline/base/error.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
@@ -10,8 +9,7 @@ namespace nightmap::vocabulary_test {
 class VocabularyTest : public testing::Test {
  protected:
   Vocabulary Run(int num_threads = 1) const {
-    Progress progress("vocabulary", false);
-    return RunVocabulary(options_, features_, progress, num_threads);
+    return RunVocabulary(options_, features_, NoProgress(), num_threads);
   }
   VocabularyOptions options_;
   FeaturesShard features_ = MakeLandmarkScene(800, 6).features;

@@ -3,19 +3,8 @@
 
 #include "pipeline/base/input_error.h"
 #include "tests/stages/graph/pose_graph/circle_scene.h"
-#include "tests/test_data.h"
 
 namespace nightmap::adopt_odometry_test {
-
-std::int64_t TimeAt(int node) { return 1'000'000'000LL * (node + 1); }
-
-SensorEdge MakeEdge(EdgeKind kind, int source, int target, double variance) {
-  return {kind,
-          TimeAt(source),
-          TimeAt(target),
-          TrueRelative(source, target),
-          variance * Matrix6d::Identity()};
-}
 
 // The circle of circle_scene.h, node by node, as a sensor measured it.
 SensorEdges Drifted() {

@@ -7,6 +7,7 @@
 
 #include "pipeline/base/random.h"
 #include "stages/graph/pose_graph/pose_graph.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 
@@ -21,9 +22,30 @@ inline Rigid3 TruePose(int i) {
 
 inline Rigid3 TrueRelative(int a, int b) { return TruePose(b).Inverse() * TruePose(a); }
 
+inline std::int64_t TimeAt(int frame_idx) { return 1000000000LL * (frame_idx + 1); }
+
+// Exact, of a sensor that knows its error.
+inline SensorEdge MakeEdge(EdgeKind kind, int source, int target, double variance = 1e-6) {
+  return {kind,
+          TimeAt(source),
+          TimeAt(target),
+          TrueRelative(source, target),
+          variance * Matrix6d::Identity()};
+}
+
+// The poses of some frames, as a survey knows them.
+inline SensorEdges Survey(const std::vector<int>& frames, const Rigid3& map_from_truth = {}) {
+  SensorEdges survey{"survey", {}};
+  for (const int i : frames) {
+    survey.edges.push_back(MakeEdge(EdgeKind::kPrior, i, i));
+    survey.edges.back().target_from_source = map_from_truth * TruePose(i);
+  }
+  return survey;
+}
+
 // Two shards of drifting odometry, every third frame a keyframe, and loops of the last frames with
 // the first.
-inline PoseGraphInput MakeInput() {
+inline PoseGraphInput MakeInput(int num_loops = 4) {
   PoseGraphInput input;
   Random random(6);
   for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
@@ -47,14 +69,11 @@ inline PoseGraphInput MakeInput() {
         keyframe = i;
         keyframe_pose = pose;
       }
-      FrameRecord frame;
-      frame.frame_idx = i;
-      frame.time_ns = 1000000000LL * (i + 1);
-      input.frames.push_back(frame);
+      input.frames.push_back({i, TimeAt(i), 0, 0, {}, {}, {}});
     }
     input.odometry.push_back(shard);
   }
-  for (int k = 0; k < 4; ++k) {
+  for (int k = 0; k < num_loops; ++k) {
     FramePair loop;
     loop.frame_a = k;
     loop.frame_b = kNumFrames - 4 + k;
@@ -66,9 +85,8 @@ inline PoseGraphInput MakeInput() {
   return input;
 }
 
-inline PoseGraphResult Optimize(const PoseGraphInput& input) {
-  Progress progress("pose_graph", false);
-  return RunPoseGraph({}, input, progress);
+inline PoseGraphResult Optimize(const PoseGraphInput& input, const PoseGraphOptions& options = {}) {
+  return RunPoseGraph(options, input, NoProgress());
 }
 
 template <typename Result>
@@ -84,14 +102,16 @@ double WorstError_m(const Result& result) {
   return worst;
 }
 
+inline Rigid3 Elsewhere() {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())), {4, -2, 1}};
+}
+
 // The camera was lost before frame 12; odometry goes on somewhere else.
-inline PoseGraphInput MakeBrokenInput() {
-  PoseGraphInput input = MakeInput();
+inline PoseGraphInput MakeBrokenInput(int num_loops = 4) {
+  PoseGraphInput input = MakeInput(num_loops);
   OdometryShard& shard = input.odometry[0];
-  const Rigid3 elsewhere{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
-                         {4, -2, 1}};
   for (OdometryFrame& frame : shard.frames) {
-    if (frame.frame_idx >= 12) frame.shard_from_camera = elsewhere * frame.shard_from_camera;
+    if (frame.frame_idx >= 12) frame.shard_from_camera = Elsewhere() * frame.shard_from_camera;
   }
   for (PoseEdge& edge : shard.edges) {
     if (edge.frame_b != 12) continue;

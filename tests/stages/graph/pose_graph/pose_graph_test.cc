@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/graph/pose_graph/pose_graph.h"
 
-#include "pipeline/base/error.h"
 #include "stages/graph/pose_graph/pose_graph_output.h"
 #include "tests/stages/graph/pose_graph/circle_scene.h"
-#include "tests/test_data.h"
 
 namespace nightmap::pose_graph_test {
 
 TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
-  PoseGraphInput input = MakeInput();
-  const double closed_m = WorstError_m(Optimize(input));
-  input.loops.clear();
-  const double open_m = WorstError_m(Optimize(input));
-  EXPECT_LT(closed_m, 0.7 * open_m);
+  EXPECT_LT(WorstError_m(Optimize(MakeInput())), 0.7 * WorstError_m(Optimize(MakeInput(0))));
 }
 
 TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
@@ -41,8 +35,7 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
 }
 
 TEST(PoseGraph, WithoutLoopsTheGraphIsTheOdometry) {
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
+  const PoseGraphInput input = MakeInput(0);
   const PoseGraphResult result = Optimize(input);
   EXPECT_THAT(Summarize(input, result).at("loops").get<std::string>(),
               testing::HasSubstr("no loop found"));
@@ -60,8 +53,7 @@ TEST(PoseGraph, LoopsJoinWhatTheTrackingLost) {
 }
 
 TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
-  PoseGraphInput input = MakeBrokenInput();
-  input.loops.clear();
+  const PoseGraphInput input = MakeBrokenInput(0);
   const PoseGraphResult result = Optimize(input);
   EXPECT_FALSE(result.returns_to_start);
   EXPECT_TRUE(result.graph.replaced_bridges.empty());
@@ -74,14 +66,12 @@ TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
 }
 
 TEST(PoseGraph, RefusesToCallPiecesAMap) {
-  PoseGraphInput input = MakeBrokenInput();
-  input.loops.clear();  // the largest part has three quarters of the frames
-  Progress progress("pose_graph", false);
+  const PoseGraphInput input = MakeBrokenInput(0);  // the largest part has 3/4 of the frames
   PoseGraphOptions options;
   options.min_connected_ratio = 0.7;
-  EXPECT_EQ(RunPoseGraph(options, input, progress).parts.size(), 2U);
+  EXPECT_EQ(Optimize(input, options).parts.size(), 2U);
   options.min_connected_ratio = 0.8;
-  NIGHTMAP_EXPECT_ERROR(ThresholdError, RunPoseGraph(options, input, progress), "36 of 48 frames");
+  NIGHTMAP_EXPECT_ERROR(ThresholdError, Optimize(input, options), "36 of 48 frames");
 }
 
 TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
@@ -97,8 +87,7 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
   const auto expect = [](const auto& damage, const std::string& message) {
     PoseGraphInput input = MakeInput();
     damage(input.odometry);
-    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), message);
-    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "odometry[");
+    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), message, "odometry[");
   };
   using Shards = std::vector<OdometryShard>;
   expect(

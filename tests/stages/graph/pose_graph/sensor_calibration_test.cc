@@ -3,12 +3,10 @@
 
 #include <cstdio>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/median.h"
 #include "stages/graph/pose_graph/pose_graph_output.h"
 #include "tests/stages/graph/pose_graph/circle_scene.h"
 #include "tests/stages/graph/pose_graph/wheeled_robot.h"
-#include "tests/test_data.h"
 
 namespace nightmap::sensor_calibration_test {
 
@@ -116,11 +114,8 @@ double EndError_m(const PoseGraphOptions& options, const WheeledRobot& robot) {
   WheeledRobot right = robot;
   right.given_pose = robot.robot_from_camera;
   right.clock_late_s = 0;
-  Progress progress("pose_graph", false);
   const auto end = [&](const WheeledRobot& of) {
-    return RunPoseGraph(options, WheeledDrive(of).Input(), progress)
-        .graph_from_camera.back()
-        .translation;
+    return Optimize(WheeledDrive(of).Input(), options).graph_from_camera.back().translation;
   };
   return (end(robot) - end(right)).norm();
 }
@@ -138,10 +133,9 @@ TEST(SensorCalibration, CorrectedTimesAgreeWithTheCameraBetter) {
   PoseGraphOptions corrects;
   corrects.calibrate_sensors = true;
   const Rigid3 pose = CameraPoses()[1];
-  Progress progress("pose_graph", false);
   const auto residual = [&](const PoseGraphOptions& options, double late_s) {
     const PoseGraphInput input = WheeledDrive({pose, pose, late_s, 1}).Input();
-    return RunPoseGraph(options, input, progress).sensors.at(0).median_residual;
+    return Optimize(input, options).sensors.at(0).median_residual;
   };
   const double right = residual({}, 0);
   const double late = residual({}, 0.1);

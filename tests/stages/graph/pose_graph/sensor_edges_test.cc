@@ -1,26 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/graph/sensor_edges.h"
 
-#include "pipeline/base/error.h"
 #include "stages/graph/pose_graph/pose_graph_output.h"
 #include "tests/stages/graph/pose_graph/circle_scene.h"
-#include "tests/test_data.h"
 
 namespace nightmap::sensor_edges_test {
 
 constexpr int kLost = 12;   // first frame without a pair
 constexpr int kFound = 18;  // keyframe of a part of its own
-
-std::int64_t TimeAt(int frame_idx) { return 1000000000LL * (frame_idx + 1); }
-
-// Exact, of a sensor that knows its error.
-SensorEdge MakeEdge(EdgeKind kind, int source, int target) {
-  return {kind,
-          TimeAt(source),
-          TimeAt(target),
-          TrueRelative(source, target),
-          1e-6 * Matrix6d::Identity()};
-}
 
 SensorEdges Wheels(int first, int last, int step = 1) {
   SensorEdges wheels{"wheels", {}};
@@ -32,15 +19,12 @@ SensorEdges Wheels(int first, int last, int step = 1) {
 
 // From kLost on the camera saw nothing; at kFound it goes on somewhere else. No loop helps.
 PoseGraphInput MakeBlindInput() {
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
+  PoseGraphInput input = MakeInput(0);
   OdometryShard& shard = input.odometry[0];
-  const Rigid3 elsewhere{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
-                         {4, -2, 1}};
   for (OdometryFrame& frame : shard.frames) {
     if (frame.frame_idx < kLost) continue;
     if (frame.frame_idx >= kFound) {
-      frame.shard_from_camera = elsewhere * frame.shard_from_camera;
+      frame.shard_from_camera = Elsewhere() * frame.shard_from_camera;
       continue;
     }
     frame.shard_from_camera = shard.frames[kLost - 1].shard_from_camera;
@@ -70,10 +54,8 @@ double Error_m(const Rigid3& map_from_truth, const PoseGraphResult& result, int 
 }
 
 TEST(SensorEdges, WheelsHoldAStretchWithoutPairsTogether) {
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
-  const double seeing_m = WorstError_m(Optimize(input));
-  input = MakeBlindInput();
+  const double seeing_m = WorstError_m(Optimize(MakeInput(0)));
+  PoseGraphInput input = MakeBlindInput();
   const PoseGraphResult alone = Optimize(input);
   EXPECT_EQ(alone.parts.size(), 2U);
   EXPECT_GT(WorstError_m(alone), seeing_m + 1);
@@ -104,8 +86,7 @@ TEST(SensorEdges, FramesThatTheCameraLostFollowTheWheels) {
 }
 
 TEST(SensorEdges, OdometryOfASensorReducesTheCamerasDrift) {
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
+  PoseGraphInput input = MakeInput(0);
   const double open_m = WorstError_m(Optimize(input));
   input.edges = {Wheels(0, 20), Wheels(20, kNumFrames - 1)};  // shards of one sensor
   const PoseGraphResult result = Optimize(input);
@@ -118,8 +99,7 @@ TEST(SensorEdges, OdometryOfASensorReducesTheCamerasDrift) {
 }
 
 TEST(SensorEdges, LoopsOfASensorCloseTheCircleFromEitherEnd) {
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
+  PoseGraphInput input = MakeInput(0);
   const double open_m = WorstError_m(Optimize(input));
   for (const bool is_backward : {false, true}) {
     SensorEdges laser{"laser", {}};
@@ -153,21 +133,16 @@ TEST(SensorEdges, AFalseLoopOfASensorIsRefused) {
   EXPECT_LT(WorstError_m(result), WorstError_m(without) + 0.02);
 }
 
+const Rigid3 kMapFromTruth{
+    Eigen::Quaterniond(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 2, 3).normalized())),
+    {50, -20, 3}};
+
 TEST(SensorEdges, PriorsPullTheMapToThem) {
-  const Rigid3 map_from_truth{
-      Eigen::Quaterniond(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 2, 3).normalized())),
-      {50, -20, 3}};
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
-  SensorEdges survey{"survey", {}};
-  for (const int i : {4, 24, kNumFrames - 1}) {  // 4 is no keyframe
-    survey.edges.push_back(MakeEdge(EdgeKind::kPrior, i, i));
-    survey.edges.back().target_from_source = map_from_truth * TruePose(i);
-  }
-  input.edges = {survey};
+  PoseGraphInput input = MakeInput(0);
+  input.edges = {Survey({4, 24, kNumFrames - 1}, kMapFromTruth)};  // 4 is no keyframe
   const PoseGraphResult result = Optimize(input);
-  for (const int i : {24, kNumFrames - 1}) EXPECT_LT(Error_m(map_from_truth, result, i), 0.01);
-  for (int i = 0; i < kNumFrames; ++i) EXPECT_LT(Error_m(map_from_truth, result, i), 0.15) << i;
+  for (const int i : {24, kNumFrames - 1}) EXPECT_LT(Error_m(kMapFromTruth, result, i), 0.01);
+  for (int i = 0; i < kNumFrames; ++i) EXPECT_LT(Error_m(kMapFromTruth, result, i), 0.15) << i;
   EXPECT_EQ(result.sensors.at(0).num_priors, 3);
   EXPECT_EQ(result.parts.size(), 1U);
   for (const PoseEdge& edge : result.edges) EXPECT_GE(edge.frame_a, 0);
@@ -175,24 +150,15 @@ TEST(SensorEdges, PriorsPullTheMapToThem) {
 
 // Only x of the map is known at the last frame: y and z of that prior are off.
 TEST(SensorEdges, APriorPullsAlongTheAxesThatItMeasures) {
-  const Rigid3 map_from_truth{
-      Eigen::Quaterniond(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 2, 3).normalized())),
-      {50, -20, 3}};
-  PoseGraphInput input = MakeInput();
-  input.loops.clear();
-  SensorEdges survey{"survey", {}};
-  for (const int i : {0, kNumFrames - 1}) {
-    survey.edges.push_back(MakeEdge(EdgeKind::kPrior, i, i));
-    survey.edges.back().target_from_source = map_from_truth * TruePose(i);
-  }
-  SensorEdge& last = survey.edges.back();
+  PoseGraphInput input = MakeInput(0);
+  input.edges = {Survey({0, kNumFrames - 1}, kMapFromTruth)};
+  SensorEdge& last = input.edges[0].edges.back();
   last.covariance = 1e6 * Matrix6d::Identity();
   last.covariance(3, 3) = 1e-6;
   last.target_from_source.translation += Eigen::Vector3d(0, 0.7, -0.7);
-  input.edges = {survey};
   const Rigid3 result = Optimize(input).graph_from_camera.back();
   const Eigen::Vector3d error =
-      result.translation - (map_from_truth * TruePose(kNumFrames - 1)).translation;
+      result.translation - (kMapFromTruth * TruePose(kNumFrames - 1)).translation;
   EXPECT_LT(std::abs(error.x()),
             0.03);  // the drift's rotation tilts x by 0.02 of the metre it is off
   EXPECT_LT(error.norm(), 0.5);
@@ -201,12 +167,7 @@ TEST(SensorEdges, APriorPullsAlongTheAxesThatItMeasures) {
 // Two stretches that nothing joins are where their priors put them.
 TEST(SensorEdges, PriorsPlaceParts) {
   PoseGraphInput input = MakeBlindInput();
-  SensorEdges survey{"survey", {}};
-  for (const int i : {0, 9, 18, 36}) {
-    survey.edges.push_back(MakeEdge(EdgeKind::kPrior, i, i));
-    survey.edges.back().target_from_source = TruePose(i);
-  }
-  input.edges = {survey};
+  input.edges = {Survey({0, 9, 18, 36})};
   const PoseGraphResult result = Optimize(input);
   for (const int i : {0, 9, 18, 36}) EXPECT_LT(Error_m({}, result, i), 0.02) << i;
   EXPECT_EQ(result.parts.size(), 1U);

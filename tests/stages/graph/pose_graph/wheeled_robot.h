@@ -121,10 +121,7 @@ class WheeledDrive {
       }
       const int idx = static_cast<int>(i);
       const bool is_keyframe = idx % kFramesPerKeyframe == 0;
-      FrameRecord frame;
-      frame.frame_idx = idx;
-      frame.time_ns = static_cast<std::int64_t>(sample) * kSample_ns;
-      frames_.push_back(frame);
+      frames_.push_back({idx, static_cast<std::int64_t>(sample) * kSample_ns, 0, 0, {}, {}, {}});
       shard_.frames.push_back({idx, pose, TrackingState::kTracked, is_keyframe});
       if (!is_keyframe || idx == 0) continue;
       const int before = idx - kFramesPerKeyframe;

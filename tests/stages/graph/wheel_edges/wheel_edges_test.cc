@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/graph/wheel_edges/wheel_edges.h"
 
-#include "pipeline/base/error.h"
 #include "tests/test_data.h"
 
 namespace nightmap::wheel_edges_test {
@@ -9,12 +8,8 @@ namespace nightmap::wheel_edges_test {
 // Ten frames at 10 Hz, the last five of another recording; two sensors that count on all the time.
 WheelEdgesInput MakeInput() {
   WheelEdgesInput input;
-  input.frames.resize(10);
   for (int i = 0; i < 10; ++i) {
-    FrameRecord& frame = input.frames[static_cast<std::size_t>(i)];
-    frame.frame_idx = i;
-    frame.time_ns = 100'000'000LL * i;
-    frame.sequence_idx = i / 5;
+    input.frames.push_back({i, 100'000'000LL * i, 0, i / 5, {}, {}, {}});
   }
   input.cameras.resize(1);
   for (const auto& [id, step_m] : {std::pair("left", 0.1), std::pair("right", 0.2)}) {

@@ -13,25 +13,6 @@
 
 namespace nightmap {
 
-// Distance from a point to the nearest obstacle cell's square, by exhaustive search.
-inline double PlainClearance_m(const OccupancyGrid& grid, const Eigen::Vector2d& point_in_map) {
-  const Eigen::Vector2d point = grid.ToCells(point_in_map);
-  double nearest = std::min({point.x(),
-                             point.y(),
-                             grid.width - point.x(),
-                             grid.height - point.y()});  // outside is unknown
-  nearest = std::max(nearest, 0.0);
-  for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      if (grid.At({x, y}) == kFreeCell) continue;
-      const Eigen::Vector2d low(x, y);
-      const Eigen::Vector2d inside = point.cwiseMax(low).cwiseMin(low + Eigen::Vector2d::Ones());
-      nearest = std::min(nearest, (inside - point).norm());
-    }
-  }
-  return nearest * grid.resolution_m;
-}
-
 // Rooms of three to four metres with doors just wide enough, and boxes in them. Cells of 0.05 m.
 inline OccupancyGrid RandomBuilding(Random& random, int side = 150) {
   OccupancyGrid grid = FreeGrid(side, side, 0.05, {-2.5, 1.25});

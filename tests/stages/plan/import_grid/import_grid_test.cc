@@ -3,7 +3,6 @@
 
 #include <numbers>
 
-#include "pipeline/base/error.h"
 #include "tests/small_grids.h"
 #include "tests/test_data.h"
 

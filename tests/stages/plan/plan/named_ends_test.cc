@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ends of a path that are located scans or objects of the map.
 
-#include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
 #include "tests/stages/plan/plan/planning.h"
 #include "tests/stages/plan/plan/scene.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "stages/plan/plan/narrow_places.h"
 #include "stages/plan/plan/path_output.h"

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <sstream>
 
-#include "pipeline/base/error.h"
 #include "pipeline/plan/unknown_holes.h"
 #include "stages/plan/plan/path_output.h"
 #include "tests/stages/plan/plan/planning.h"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
 #include "tests/test_data.h"
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 
-#include "pipeline/base/error.h"
 #include "stages/plan/plan/plan.h"
 #include "tests/stages/plan/plan/office_floor.h"
 #include "tests/stages/plan/plan/planning.h"

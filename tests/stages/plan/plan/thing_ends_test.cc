@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "pipeline/base/error.h"
 #include "stages/plan/plan/path_output.h"
 #include "stages/plan/plan/plan.h"
 #include "stages/plan/plan/segment.h"
