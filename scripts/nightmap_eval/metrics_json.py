@@ -1,94 +1,60 @@
 # SPDX-License-Identifier: Apache-2.0
-"""evaluate/metrics.json as the report needs it: checks the type of every figure that the report shows."""
+"""evaluate/metrics.json as the report needs it: names of figures say what they are, whichever job they are of."""
 
-from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS
+import re
+
+from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_site.checked_reading import NUMBER, REMEDY, check, read_object
 from nightmap_site.script_errors import DataError
 
+TABLES = ("coverage", "trajectory", "queries", "loops", "map", "cloud", "grid", "walls", "relations", "wheels", "nis", "nees", "landmarks",
+          "start", "se3", "sim3", "rpe_per_frame", "rpe_per_metre", "relative_1m", "relative_10m", "num_by_verdict", *PROTOCOLS)  # fmt: skip
+SHAPES = dict.fromkeys(TABLES, dict) | dict.fromkeys(("frames_without_pose", "frames_bridged", "frames_apart"), [int]) | {
+    "rows": [dict], "floors": [dict], "truth_from_map_m_q": [NUMBER], "query_idx": int, "has_truth": bool, "color_path": str, "status": str,
+    "reason": str}  # fmt: skip
+UNITS = "m|m2|cm|deg|deg2|percent|cells|per_m|ratio_start|ratio_se3"
+FIGURE = re.compile(rf".*_(?:{UNITS})|scale|mean|mean_per_degree_of_freedom|iou|iou_median|\w+_per_sigma")
+MAY_BE_UNKNOWN = re.compile(r".*(?:percent|_cells|_std_\w+|error_cm|error_deg|width_error_m)|iou|iou_median")
 UNKNOWN_OR_NUMBER = (*NUMBER, type(None))
-COVERAGE = {
-    "num_frames": int, "num_frames_with_pose": int, "path_length_m": NUMBER,
-    "?frames_without_pose": [int], "?frames_bridged": [int], "?frames_apart": [int],
-}  # fmt: skip
-ATE = {"ate_rmse_m": NUMBER, "ate_median_m": NUMBER, "ate_max_m": NUMBER, "rotation_rmse_deg": NUMBER, "?scale": NUMBER}
-TRAJECTORY = {
-    "num_pairs": int, "truth_from_map_m_q": [NUMBER], "se3": ATE, "sim3": ATE,
-    "rpe_per_frame": {"num_pairs": int}, "rpe_per_metre": {"num_pairs": int},
-}  # fmt: skip
-ROW = {
-    "query_idx": int, "color_path": str, "status": str, "reason": str,
-    "?translation_error_cm": NUMBER, "?rotation_error_deg": NUMBER,
-}  # fmt: skip
-QUERIES = {
-    "num_queries": int, "num_located": int, "num_by_verdict": dict, "rows": [ROW],
-    "?num_with_truth": int, "?recall_5cm_5deg_percent": UNKNOWN_OR_NUMBER,
-}  # fmt: skip
-FLOOR = {"?height_m": NUMBER, "?found": bool}
-GRID = FLOOR | {"?floors": [FLOOR | {"height_m": NUMBER}]}
-SECTION_TRAJECTORY = {"truth_from_map_m_q": [NUMBER], "se3": ATE}
-METRICS = {
-    "?coverage": COVERAGE, "?trajectory": TRAJECTORY, "?queries": QUERIES,
-    "?loops": {"num_accepted": int, "num_rejected": int},
-    "?map": {"?cloud": {"?surface_distance_median_m": NUMBER, "?surface_distance_p90_m": NUMBER},
-             "?grid": GRID},
-    "?sections": dict,
-}  # fmt: skip
 LASER_STATISTICS = ("mean", "median", "p90")
-STRETCH = {f"{name}_{kind}_{unit}": NUMBER for name, unit in (("translation", "m"), ("rotation", "deg")) for kind in LASER_STATISTICS}
 WALL_KEYS = ("thickness_mean_cells", "thickness_median_cells", "thickness_p90_cells", "doubled_percent")
-LASER_TRAJECTORY = {
-    "num_scans_with_truth": int, "missing_percent": NUMBER, "truth_from_map_m_q": [NUMBER], "se3": ATE, "sim3": ATE,
-    "relative_1m": {"num_pairs": int, "num_missing": int}, "relative_10m": {"num_pairs": int, "num_missing": int},
-}  # fmt: skip
-LASER = {
-    "num_scans": int, "num_scans_with_pose": int, "path_length_m": NUMBER, "?num_keyscans": int,
-    "?trajectory": LASER_TRAJECTORY,
-    "?relations": {"num_relations": int, "num_missing": int},
-    "?walls": {f"?{key}": UNKNOWN_OR_NUMBER for key in WALL_KEYS},
-    "?map": {"?grid": GRID},
-}  # fmt: skip
-RELATIONS = {f"{name}_{kind}_{unit}": UNKNOWN_OR_NUMBER if kind == "std" else NUMBER for kind in ("mean", "std") for name, unit in (
-    ("translation", "m"), ("translation_squared", "m2"), ("rotation", "deg"), ("rotation_squared", "deg2"))}  # fmt: skip
-MEDIANS = [f"{statistic}_{kind}" for statistic in ("median", "p90")
-           for kind in ("translation_error_cm", "rotation_error_deg")]  # fmt: skip
-RECALLS = [f"recall_{max_cm}cm_{max_deg}deg_percent" for max_cm, max_deg in RECALL_THRESHOLDS]
-RELATIVE = [f"{name}_{kind}_{unit}" for name, unit in (("translation", "m"), ("rotation", "deg")) for kind in ("rmse", "median")]
-PROTOCOL = dict.fromkeys(MEDIANS + RECALLS, UNKNOWN_OR_NUMBER) | {"num_wrong": int}
+
+
+class Figures(dict):
+    """A table of figures; one that is asked for and lacks is an error that names its place."""
+
+    def __init__(self, table, where):
+        super().__init__((name, _checked(value, name, f"{where}: {name}")) for name, value in table.items())
+        self._where = where
+
+    def __missing__(self, name):
+        raise DataError(f"{self._where}: no {name!r}; {REMEDY}")
+
+
+def _checked(value, name, where):
+    if name == "confusion":  # its names are those of classes
+        return value
+    if name in SHAPES:
+        check(value, SHAPES[name], where)
+    elif not isinstance(value, (dict, list)) and (name.startswith("num_") or FIGURE.fullmatch(name)):
+        check(value, int if name.startswith("num_") else UNKNOWN_OR_NUMBER if MAY_BE_UNKNOWN.fullmatch(name) else NUMBER, where)
+    if name == "truth_from_map_m_q" and len(value) != 7:
+        raise DataError(f"{where} is not a pose; {REMEDY}")
+    if name in ("sections", "classes"):
+        check(value, dict.fromkeys(value, dict) if isinstance(value, dict) else dict, where)
+    if isinstance(value, list):
+        return [Figures(item, where) if isinstance(item, dict) else item for item in value]
+    return Figures(value, where) if isinstance(value, dict) else value
 
 
 def read_metrics(path):
     """The content; {} without a path. Raises DataError naming file and figure."""
-    if path is None:
-        return {}
-    metrics = read_object(path, METRICS)
-    for name, suffix in (("rpe_per_frame", ""), ("rpe_per_metre", "_per_m")):
-        motion = metrics.get("trajectory", {}).get(name, {})
-        if motion.get("num_pairs"):
-            check(motion, {f"{error}{suffix}": NUMBER for error in RELATIVE}, f"{path}: {name}")
-    queries = metrics.get("queries", {})
-    if "num_with_truth" in queries:
-        check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
-    laser = laser_figures(metrics)
-    if laser:
-        check(laser, LASER, f"{path}: sections")
-    for name in ("relative_1m", "relative_10m"):
-        stretch = laser.get("trajectory", {}).get(name, {})
-        if stretch.get("num_pairs"):
-            check(stretch, STRETCH, f"{path}: sections: {name}")
-    relations = laser.get("relations", {})
-    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
-        check(relations, RELATIONS, f"{path}: sections: relations")
-    for figures in section_figures(metrics):
-        check(figures, {"?coverage": COVERAGE, "?trajectory": SECTION_TRAJECTORY}, f"{path}: sections")
-    for figures in (metrics, *section_figures(metrics)):
-        if len(figures.get("trajectory", {}).get("truth_from_map_m_q", range(7))) != 7:
-            raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
-    return metrics
+    return {} if path is None else Figures(read_object(path, {}), str(path))
 
 
 def section_figures(metrics):
     """The figures of each job with an evaluation of its own."""
-    return [figures for figures in metrics.get("sections", {}).values() if isinstance(figures, dict)]
+    return list(metrics.get("sections", {}).values())
 
 
 def lead_figures(metrics, name):

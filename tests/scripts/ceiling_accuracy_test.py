@@ -202,7 +202,7 @@ class CeilingSiteTest(SiteFolderTest):
         self.figures()
         path = self.site_dir / "evaluate" / "metrics.json"
         whole = json.loads(path.read_text())
-        for change, name in (({"num_loops": "many"}, "num_loops"), ({"trajectory": {}}, "trajectory"), ({"coverage": {}}, "num_frames")):
+        for change, name in (({"num_loops": "many"}, "num_loops"), ({"trajectory": {}}, "trajectory"), ({"coverage": {}}, "path_length_m")):
             figures = whole["sections"]["odometry"] | change
             path.write_text(json.dumps(whole | {"sections": {"odometry": figures}}))
             self.check_refused("report.py", f"metrics.json: sections.*{name}")

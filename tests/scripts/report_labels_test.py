@@ -19,6 +19,7 @@ from nightmap_eval.artifacts import to_json
 from nightmap_eval.labels import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
 from nightmap_eval.labels.thing_drawing import name_places_m
 from nightmap_eval.labels.voxel_labels import VoxelLabels
+from nightmap_eval.metrics_json import read_metrics
 from nightmap_site.script_errors import DataError
 
 
@@ -179,12 +180,11 @@ class WholePageTest(SectionsTest):
         self.assertIn("The things stage did not run.", page)
 
     def test_damaged_figures_are_named(self):
-        labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
-        labels_site.write_things(self.site_dir, thing_entry("table_1", "table", thing_box(TABLE)))
-        for module, job in ((report_labels, "join_labels"), (report_things, "things")):
-            for figures in (5, {"has_truth": "yes"}, {"has_truth": True, "nowhere_percent": "much"}):
-                with self.subTest(job, figures=figures), self.assertRaisesRegex(DataError, f"metrics.json: sections: {job}"):
-                    module.sections(self.site(), {"sections": {job: figures}})
+        path = self.root / "metrics.json"
+        for figures in (5, {"has_truth": "yes"}, {"nowhere_percent": "much"}, {"classes": {"table": {"num_voxels": 0.5}}}, {"classes": {"table": 5}}):
+            path.write_text(to_json({"sections": {"things": figures}}))
+            with self.subTest(figures=figures), self.assertRaisesRegex(DataError, f"{path}: sections: things"):
+                read_metrics(path)
 
     def test_figures_are_json(self):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())

@@ -6,12 +6,10 @@ from nightmap_eval.artifacts import Frames
 from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling.ceiling_consistency import POSE_DEGREES, errors_then
-from nightmap_eval.metrics_json import ATE
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
 from nightmap_eval.robot_accuracy import SAME_NS
 from nightmap_eval.trajectory import associate, travelled_m
 from nightmap_eval.wheel_poses import read_wheels
-from nightmap_site.checked_reading import NUMBER, check
 
 TITLE = "Map of the ceiling"
 COUNT_ROWS = (
@@ -23,13 +21,7 @@ COUNT_ROWS = (
     ("num_frames_without_landmark", "Frames that saw no landmark"),
 )
 ALIGNMENTS = (("start", "from the first pose on"), ("se3", "after SE(3) alignment"), ("sim3", "after Sim(3) alignment"))
-SHARES = dict.fromkeys(("within_percent", "below_percent", "above_percent"), NUMBER)
-LANDMARK_ERRORS = dict.fromkeys(("error_median_m", "error_p90_m", "error_max_m", "error_max_off_edges_m", "inside_percent"), NUMBER)
-POSES = dict.fromkeys(("start", "se3", "sim3"), ATE | {"rotation_max_deg": NUMBER}) | {"num_missing": int}
-FIGURES = dict.fromkeys((key for key, _ in COUNT_ROWS), int) | {
-    "coverage": dict, "nis": {"num_frames": int}, "?nees": {"num_frames": int}, "?trajectory": POSES | {"num_frames_with_truth": int},
-    "?wheels": {"path_length_m": NUMBER}, "?landmarks": {"num_judged": int, "num_at_edge": int},
-}  # fmt: skip
+SHARES = ("within_percent", "below_percent", "above_percent")
 
 
 def sections(site, metrics):
@@ -81,7 +73,6 @@ def figure_parts(metrics):
     figures = metrics.get("sections", {}).get("odometry")
     if figures is None:
         return [html.paragraph("The evaluate step did not run.", "note")]
-    check(figures, FIGURES, "evaluate/metrics.json: sections: odometry")
     ways = [("Path (m)", figures["coverage"]), *([("Path by the wheels alone (m)", figures["wheels"])] if "wheels" in figures else [])]
     parts = [html.table(("Map", ""), [*([title, float(way["path_length_m"])] for title, way in ways),
                                       *([title, figures[key]] for key, title in COUNT_ROWS)])]  # fmt: skip
@@ -108,7 +99,6 @@ def landmark_parts(figures):
     for alignment, text in ALIGNMENTS:
         if alignment in landmarks:
             values = landmarks[alignment]
-            check(values, LANDMARK_ERRORS, f"evaluate/metrics.json: sections: odometry: landmarks: {alignment}")
             shown_cm = [100 * values[f"error_{kind}_m"] for kind in ("median", "p90", "max", "max_off_edges")]
             rows.append([text, *shown_cm, float(values["inside_percent"]), landmarks["num_judged"]])
     return [html.table(head, rows),
@@ -120,7 +110,6 @@ def pose_rows(figures):
     wheels = figures.get("wheels", {})
     names = [("estimate", figures["trajectory"])]
     if "start" in wheels:
-        check(wheels, POSES, "evaluate/metrics.json: sections: odometry: wheels")
         names.append(("wheels alone", wheels))
     for alignment, text in ALIGNMENTS:
         for name, poses in names:
@@ -139,5 +128,4 @@ def consistency_rows(figures):
                                       ("nis", "NIS of the sightings", "mean_per_degree_of_freedom", 1)):  # fmt: skip
         values = figures.get(key, {})
         if values.get("num_frames"):
-            check(values, SHARES | {mean: NUMBER}, f"evaluate/metrics.json: sections: odometry: {key}")
             yield [title, *(float(values[name]) for name in SHARES), values[mean] / divisor, values["num_frames"]]

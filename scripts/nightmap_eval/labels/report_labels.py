@@ -8,14 +8,10 @@ from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.labels import label_drawing
 from nightmap_eval.labels.label_accuracy import FURNITURE
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
-from nightmap_site.checked_reading import NUMBER, check
 
 TITLE = "What stands where"
 CUTS_M = (0.5, 1.2)  # above the floor
 CUT_THICKNESS_M = 0.2
-PERCENT = (*NUMBER, type(None))
-FIGURES = {"?has_truth": bool, "?furniture_right_percent": PERCENT, "?furniture_right_percent_with_borders": PERCENT,
-           "?furniture_right_percent_off_borders": PERCENT, "?right_percent": PERCENT, "?nowhere_percent": PERCENT, "?classes": dict}  # fmt: skip
 
 
 def sections(site, metrics):
@@ -75,7 +71,6 @@ def _sizes(voxels, images):
 
 def _accuracy(metrics):
     found = metrics.get("sections", {}).get("join_labels", {})
-    check(found, FIGURES, "evaluate/metrics.json: sections: join_labels")
     if not found.get("has_truth"):
         return []
     rows = [
@@ -86,6 +81,5 @@ def _accuracy(metrics):
         ("Voxels where the building has no surface (%)", found.get("nowhere_percent")),
     ]
     for name, of_class in found.get("classes", {}).items():
-        check(of_class, {"num_voxels": int, "right_percent": PERCENT}, f"evaluate/metrics.json: sections: join_labels: {name}")
         rows.append((f"{of_class['num_voxels']} voxels of class {name}: right (%)", of_class["right_percent"]))
     return [html.table(("Voxels against the made-up building", ""), [(title, "n/a" if value is None else float(value)) for title, value in rows])]
