@@ -21,6 +21,7 @@ packages=(
   python3-numpy        # evaluation
   python3-h5py         # evaluation: HDF5 artifacts
   python3-matplotlib   # report: plots
+  python3-scipy        # evaluation: parts of pictures that hang together, chi-square
   python3-yaml         # the picture that a ROS map names
   python3-pil          # report: thumbnails of query pictures
   libeigen3-dev        # geometry

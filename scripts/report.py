@@ -18,10 +18,8 @@ try:
     from nightmap_eval.camera.report_queries import query_section
     from nightmap_eval.colmap.report_comparison import comparison_section
     from nightmap_eval.metrics_json import read_metrics
-    from nightmap_eval.report_failure import failure_section, read_failure
     from nightmap_eval.report_map import map_sections
-    from nightmap_eval.report_run import run_sections, summary
-    from nightmap_eval.report_verdict import verdict_parts
+    from nightmap_eval.report_run import failure_section, read_failure, run_sections, summary, verdict_parts
     from nightmap_site.job_results import read_stages
     from nightmap_site.script_errors import DataError, run_main
     from nightmap_site.site import Site

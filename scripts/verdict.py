@@ -12,8 +12,7 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval.artifacts import to_json, write_atomic
-from nightmap_eval.verdict.map_needs import map_needs, needs_line
-from nightmap_eval.verdict.verdict import checks_of, lines, verdict_json
+from nightmap_eval.verdict.verdict import checks_of, lines, map_needs, needs_line, verdict_json
 from nightmap_site.script_errors import printable, run_main
 from nightmap_site.site import Site
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import yaml
 
-from nightmap_site.checked_reading import REMEDY, read_text
+from nightmap_site.checked_reading import REMEDY, read_text, using
+from nightmap_site.receipts import WrittenFiles
 from nightmap_site.script_errors import DataError
-from nightmap_site.written_files import WrittenFiles
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
@@ -64,35 +65,21 @@ def read_pgm(path):
     return pixels.reshape(height, width)
 
 
-def read_map_yaml(path):
-    """Keys of a map_server YAML: flat, one `key: value` per line, lists in brackets."""
-    keys = {}
-    for line in read_text(path).splitlines():
-        name, colon, value = line.split("#")[0].partition(":")
-        if colon and name == name.lstrip():
-            keys[name.strip()] = value.strip().strip("\"'")
-    for name in ("image", "resolution", "origin"):
-        if name not in keys:
-            raise DataError(f"{path}: no key {name}; {REMEDY}")
-    return keys
-
-
 def read_grid(yaml_path):
-    keys = read_map_yaml(yaml_path)
-    image = Path(yaml_path).parent / Path(keys["image"]).name
+    with using(yaml_path):
+        try:
+            keys = yaml.load(read_text(yaml_path), yaml.BaseLoader)  # every value is text: PyYAML takes 1e-05 for no number
+        except yaml.YAMLError as error:
+            raise ValueError(" ".join(str(error).split())) from None
+        image = Path(yaml_path).parent / Path(keys["image"]).name
+        resolution_m, x, y, yaw = map(float, (keys["resolution"], *keys["origin"]))
+        occupied, free = float(keys.get("occupied_thresh", 0.65)), float(keys.get("free_thresh", 0.196))
+        negate = int(keys.get("negate", 0))
+        if not (0 < resolution_m < np.inf and np.all(np.isfinite([x, y, yaw]))):
+            raise ValueError("resolution or origin is not a valid length")
     written = WrittenFiles()
     for path in (yaml_path, image):
         written.require(path)
-    try:
-        resolution_m = float(keys["resolution"])
-        x, y, yaw = (float(word) for word in keys["origin"].strip("[]").split(","))
-        occupied = float(keys.get("occupied_thresh", 0.65))
-        free = float(keys.get("free_thresh", 0.196))
-        negate = int(keys.get("negate", 0))
-    except ValueError as error:
-        raise DataError(f"{yaml_path}: {error}; {REMEDY}") from None
-    if not (0 < resolution_m < np.inf and np.all(np.isfinite([x, y, yaw]))):
-        raise DataError(f"{yaml_path}: resolution or origin is not a valid length; {REMEDY}")
     gray = read_pgm(image)[::-1].astype(float)
     occupancy = gray / 255 if negate else (255 - gray) / 255
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the map: trajectory, accuracy; with those of report_cloud.py and report_plan.py."""
+"""Sections of the report on the map: trajectory, accuracy, quality of the cloud; with those of report_plan.py."""
 
 import numpy as np
 
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import Frames, read_csv
-from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_plan import drive_section, plan_section, read_if_made
 from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, rotation_matrices
 from nightmap_site.checked_reading import read_object, using
+from nightmap_site.job_results import StageResult
 
 GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
@@ -20,6 +20,12 @@ GRID_ROWS = (
     ("num_doors_wrongly_passable", "Doors narrower than the robot, but passable in the grid"),
     ("num_doors_wrongly_closed", "Doors wider than the robot, but closed in the grid"),
     ("max_door_width_error_m", "Width of a door, largest error (m)"),
+)
+CLOUD_ROWS = (
+    ("plane_thickness_median_m", "Thickness of flat surfaces, median per tile (cm)", 100),
+    ("plane_thickness_p90_m", "Thickness of flat surfaces, 90 % per tile (cm)", 100),
+    ("held_out_rays_agreeing_percent", "Held-out rays that end on the cloud (%)", 1),
+    ("held_out_rays_blocked_percent", "Held-out rays that a surface of the cloud blocks (%)", 1),
 )
 
 
@@ -151,3 +157,11 @@ def accuracy_section(metrics):
     if metrics.get("map"):
         parts.append(html.table(("Against the exact building", ""), building_rows(metrics["map"])))
     return html.section("Accuracy", *parts)
+
+
+def cloud_section(site):
+    """Quality of the cloud without truth; None when point_cloud wrote no such figures."""
+    found = StageResult(site.folder_of("point_cloud")).figures()
+    rows = [[title, html.number(tuple(scale * part for part in found[key])) if isinstance(found[key], tuple) else scale * found[key]]
+            for key, title, scale in CLOUD_ROWS if key in found]  # fmt: skip
+    return html.section("Cloud, without truth", html.table(("", ""), rows)) if rows else None

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sections of the report on the grids of the floors, the path planned on them, and its drive."""
 
+import re
+import tomllib
+
 import numpy as np
 
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
-from nightmap_eval.report_stale import notes
 from nightmap_eval.trajectory import MAX_POSITION_M, read_tum
-from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, using
-from nightmap_site.script_errors import DataError
+from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_toml, using
+from nightmap_site.receipts import Hashes, Receipt
+from nightmap_site.script_errors import DataError, printable
 
 NARROW = {"length_m": NUMBER, "x_m": NUMBER, "y_m": NUMBER, "room_m": NUMBER}
 PATH = {"?floor": int, "?narrow_places": [NARROW]}
@@ -19,6 +22,10 @@ DRIVE_FIGURES = (
     "position_error_m", "heading_error_deg",
 )  # fmt: skip
 DRIVE = dict.fromkeys(DRIVE_FIGURES, NUMBER) | {"?floor": int}
+# The line that run_job.sh adds to the log of a failed stage, and the stage's own error.
+FAILED = re.compile(r"nightmap: \w+ failed, exit code (\d+)")
+ERROR = re.compile(r"\S+ error \w+: (.*)")
+ENDS = ("start", "goal")
 
 
 def read_if_made(site, job):
@@ -107,3 +114,47 @@ def drive_section(site):
     parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
     parts.append(html.table(("Simulated drive", ""), rows))
     return html.section("Drive", *parts, *said)
+
+
+def last_failure(site, stage):
+    """The reason why the last run failed; None when it succeeded."""
+    path = site.logs / f"{stage}.log"
+    if not path.exists():
+        return None
+    lines = path.read_bytes().decode("utf-8", "replace").splitlines()
+    failed = FAILED.fullmatch(lines[-1]) if lines else None
+    if not failed:
+        return None
+    reasons = [found[1] for found in map(ERROR.fullmatch, lines) if found]
+    return printable(reasons[-1] if reasons else f"exit code {failed[1]}, see {path.name}")
+
+
+def other_ends(site, receipt):
+    """START and GOAL of the present configs if the path has other ends; else None."""
+    path = site.config / "plan.toml"
+    if not path.exists():
+        return None
+    now = read_toml(path)
+    with using(receipt.path):
+        then = tomllib.loads(receipt.content.get("config", ""))
+    asked = {name: now[name] for name in ENDS if now.get(name) and now[name] != then.get(name)}
+    return ", ".join(f"{name} = {value}" for name, value in asked.items()) or None
+
+
+def notes(site, stage, result):
+    """Sentences on the results of the last runs of plan or drive; `result` is the word for a result."""
+    path, failure, found = site.made(stage, "receipt"), last_failure(site, stage), []
+    if failure:
+        shown = f"the {result} shown here is of an earlier run" if path else f"there is no {result}"
+        found.append(f"The last run of {stage} failed, {shown}: {failure}")
+    if not path:
+        return found
+    receipt = Receipt(path)
+    changed = [str(path.relative_to(site.folder) if path.is_relative_to(site.folder) else path.name)
+               for path, _ in receipt.changed("inputs", Hashes())]  # fmt: skip
+    if changed:
+        found.append(f"The {result} is out of date: {', '.join(changed)} changed since. Run make {stage}.")
+    ends = other_ends(site, receipt) if stage == "plan" else None
+    if ends:
+        found.append(f"The {result} was planned for other ends than those of the present configs ({ends}). Run make plan.")
+    return found

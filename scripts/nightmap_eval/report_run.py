@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the run: summary line, stages, skipped items, configs."""
+"""Sections of the report on the run: verdict, a failed run, summary line, stages, loop closures, skipped items, configs."""
+
+from collections import Counter
 
 from nightmap_eval import html
+from nightmap_eval.artifacts import read_csv
 from nightmap_eval.metrics_json import laser_figures, lead_figures
-from nightmap_eval.report_loops import loop_section
-from nightmap_site.checked_reading import read_text
+from nightmap_eval.verdict.verdict import FORM, GOOD
+from nightmap_site.checked_reading import read_object, read_text
 
 MAX_ROWS = 200
+FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date": [str], "num_out_of_date": int}
 
 
 def run_sections(site, metrics, stages):
@@ -91,3 +95,51 @@ def config_section(site):
         return html.section("Configs", html.paragraph("No resolved configs.", "note"))
     folds = [html.folded(path.stem, html.preformatted(read_text(path))) for path in paths]
     return html.section("Configs", *folds)
+
+
+def read_failure(site):
+    """logs/failure.json; None when the last run succeeded."""
+    path = site.logs / "failure.json"
+    return read_object(path, FAILURE) if path.exists() else None
+
+
+def failure_section(failure):
+    parts = [html.paragraph(f"make {' '.join(failure['goals'])} failed or was killed. The sections below show the existing results.",
+                            "failed")]  # fmt: skip
+    for job in failure["failed"]:
+        code = job.get("exit_code")
+        ended = "was killed" if code is None else f"exit code {code}"
+        parts.append(html.paragraph(f"{job['job']}: {ended}. The end of logs/{job['job']}.log:"))
+        parts.append(html.preformatted("\n".join(job["log"])))
+    stale = failure["out_of_date"]
+    parts.append(html.paragraph(f"{failure['num_out_of_date']} runs of jobs are out of date or were never made:"))
+    parts.append(html.preformatted("\n".join(stale)))
+    return html.section("The last run", *parts)
+
+
+def verdict_parts(site):
+    """The beginning of the page's first line, and sections, of verdict.json of the map, else that of the recording; nothing without both."""
+    path = site.made("verdict", "verdict") or site.made("check", "verdict")
+    if not path:
+        return "", []
+    verdict = read_object(path, FORM)
+    failed = [item for item in verdict["checks"] if item["verdict"] != GOOD]
+    advice = [html.paragraph(f"{item['name']}: {item['advice']}", "failed") for item in failed]
+    rows = [(item["name"], item["verdict"], item.get("value", "not known"), item["unit"], item["limit"], item["reason"]) for item in verdict["checks"]]
+    table = html.table(("check", "verdict", "value", "unit", "good", "reason of the limit"), rows)
+    return f"Verdict: {verdict['verdict']}. ", [html.section(f"Verdict: {verdict['verdict']}", *advice, table)]
+
+
+def loop_section(site):
+    path = site.made("pose_graph", "loops_csv")
+    if not path:
+        return html.section("Loop closures", html.paragraph("The pose_graph stage did not run.", "note"))
+    rows = read_csv(path, ("status", "reason"))
+    if not rows:
+        return html.section("Loop closures", html.paragraph("No loop was proposed.", "note"))
+    counts = Counter((row["status"], row["reason"]) for row in rows)
+    parts = [html.table(("status", "reason", "loops"), [(*key, counts[key]) for key in sorted(counts)])]
+    shown = html.table(tuple(rows[0]), [list(row.values()) for row in rows[:MAX_ROWS]])
+    title = f"Each loop (first {MAX_ROWS} of {len(rows)})" if len(rows) > MAX_ROWS else "Each loop"
+    parts.append(html.folded(title, shown))
+    return html.section("Loop closures", *parts)

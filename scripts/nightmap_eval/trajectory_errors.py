@@ -7,11 +7,14 @@ ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D 
 
 import numpy as np
 
-from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, travelled_m, umeyama
-
+from nightmap_eval.trajectory import angles_deg, associate, path_length_m, planar_umeyama, quaternion, travelled_m, umeyama
+from nightmap_site.script_errors import DataError
 
 STATISTICS = {"rmse": lambda values: np.sqrt(np.mean(np.square(values))), "mean": np.mean, "median": np.median,
               "p90": lambda values: np.percentile(values, 90), "max": np.max}  # fmt: skip
+MAX_TRUTH_GAP_NS = 500_000_000  # between the true poses around a moment
+SAME_NS = 1_000_000  # stamps of one moment in two files
+TRUTH_REMEDY = "correct [robot_truth] of the site config, from which it is made, and run make again"
 
 
 def statistics(values, name, *kinds):
@@ -128,3 +131,28 @@ def trajectory_metrics(estimate, truth, frame_idxs, sequence_idxs):
         "rpe_per_metre": rpe_per_metre(estimate, truth, sequence_idxs),
     }
     return figures, alignment
+
+
+def robot_figures(estimate, truth, num_moments, moments):
+    """(figures, rows of truth and of the estimate that are one moment, {"se3", "sim3": truth_from_map}). moments: what the
+    poses are of, "scans" or "frames"; num_moments: all of them, with or without a true pose. A moment with a true pose and no
+    estimate has no error; it is counted as missing."""
+    pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)
+    if len(pairs) < 3:
+        raise DataError(f"{len(pairs)} {moments} have an estimated and a true pose, of {num_moments} {moments} and {len(truth)} with a "
+                        "true one; check [robot_truth] and the clocks of the site config")  # fmt: skip
+    matched, matched_truth = estimate.select(pairs[:, 1]), truth.select(pairs[:, 0])
+    se3, alignment = ate(matched, matched_truth, False, planar_umeyama)
+    sim3, scaling = ate(matched, matched_truth, True, planar_umeyama)
+    num_missing = len(truth) - len(pairs)
+    figures = {
+        f"num_{moments}_with_truth": len(truth),
+        "num_missing": num_missing,
+        "missing_percent": 100 * num_missing / len(truth),
+        "truth_path_length_m": path_length_m(truth.positions_m),
+        "alignment_is_unique": alignment.is_unique,
+        "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
+        "se3": se3,
+        "sim3": sim3,
+    }
+    return figures, pairs, {"se3": alignment, "sim3": scaling}

@@ -2,6 +2,7 @@
 """Measures how well the grid of a floor shows the walls and doors of the exact building."""
 
 import numpy as np
+from scipy.ndimage import binary_propagation, distance_transform_edt, find_objects, label
 
 from nightmap_eval.grid import FREE, OCCUPIED
 
@@ -83,18 +84,9 @@ def wall_masks(strip, sampler, plan):
 def is_crossed(strip, sampler):
     """Whether a chain of free cells leads through a wall, from two cells before it to two behind."""
     states, _, _ = wall_lattice(strip, sampler, 2 * sampler.grid.resolution_m)
-    free, reached = states == FREE, np.zeros(states.shape, dtype=bool)
-    reached[:, 0] = free[:, 0]
-    while True:
-        grown = reached.copy()
-        grown[1:] |= reached[:-1]
-        grown[:-1] |= reached[1:]
-        grown[:, 1:] |= reached[:, :-1]
-        grown[:, :-1] |= reached[:, 1:]
-        grown &= free
-        if np.array_equal(grown, reached):
-            return bool(reached[:, -1].any())
-        reached = grown
+    free = states == FREE
+    begins = free & (np.arange(free.shape[1]) == 0)
+    return bool(binary_propagation(begins, mask=free)[:, -1].any())
 
 
 def wall_figures(sampler, plan, boxes, wall_label):
@@ -141,50 +133,27 @@ def passage_width_m(sampler, doorway_m):
     size = np.array([x1 - x0, y1 - y0])
     through = int(np.argmin(size))  # the axis along which the robot passes
     centre = np.array([x0 + x1, y0 + y1]) / 2
-    step_m, margin_m = sampler.grid.resolution_m, 0.7
-    half = size / 2 + 0.3
+    margin_m, half = 0.7, size / 2 + 0.3
     half[through] = size[through] / 2 + 0.5
-    centres = sampler.grid.centres_m().reshape(-1, 2)
-    offset = sampler.building_from_map.apply(np.column_stack([centres, np.zeros(len(centres))]))[:, :2] - centre
-    near = np.all(np.abs(offset) <= half + margin_m, axis=1)
-    cells, offset = np.column_stack(np.unravel_index(np.flatnonzero(near), sampler.grid.cells.shape)), offset[near]
-    states = sampler.grid.cells[cells[:, 0], cells[:, 1]]
-    blocked = cells[states != FREE]
-    window = (states == FREE) & np.all(np.abs(offset) <= half, axis=1)
-    side = np.where(np.abs(offset[:, through]) < size[through] / 2 + 0.2, 0, np.sign(offset[:, through]))
-    open_cells, sides = cells[window], side[window].astype(int)
-    if len(blocked) == 0 or len(open_cells) == 0:
-        return 0.0 if len(open_cells) == 0 else float(2 * (np.max(half) + margin_m))
-    squared = np.min(np.sum((open_cells[:, None] - blocked[None]) ** 2, axis=2), axis=1)
-    return 2 * step_m * np.sqrt(bottleneck(open_cells, squared, sides))
+    centres = sampler.grid.centres_m()
+    offset = sampler.building_from_map.apply(np.dstack([centres, np.zeros(centres.shape[:2])]))[..., :2] - centre
+    near = np.all(np.abs(offset) <= half + margin_m, axis=2)
+    free = sampler.grid.cells == FREE
+    window = near & free & np.all(np.abs(offset) <= half, axis=2)
+    if not window.any() or not (near & ~free).any():
+        return float(2 * (np.max(half) + margin_m)) if window.any() else 0.0
+    around = find_objects(near.astype(int))[0]
+    squared = np.where(window, np.rint(distance_transform_edt(~near | free) ** 2), 0)[around]
+    side = np.where(np.abs(offset[..., through]) < size[through] / 2 + 0.2, 0, np.sign(offset[..., through]))[around]
+    return 2 * sampler.grid.resolution_m * np.sqrt(bottleneck(squared, side))
 
 
-def bottleneck(cells, values, sides):
-    """Largest value v such that cells of at least v connect side -1 with side 1; 0 if there is none.
-
-    Cells connect over their sides; they are added from the largest value down (union-find)."""
-    parent, touched = list(range(len(cells))), [{int(side)} - {0} for side in sides]
-    index = {tuple(cell): i for i, cell in enumerate(cells.tolist())}
-    added = np.zeros(len(cells), dtype=bool)
-
-    def root(i):
-        while parent[i] != i:
-            parent[i] = i = parent[parent[i]]
-        return i
-
-    for i in np.argsort(-values, kind="stable"):
-        added[i] = True
-        row, column = cells[i].tolist()
-        for near in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
-            other = index.get(near)
-            if other is None or not added[other]:
-                continue
-            a, b = root(i), root(other)
-            if a != b:
-                parent[b] = a
-                touched[a] |= touched[b]
-            if len(touched[root(i)]) == 2:
-                return values[i]
+def bottleneck(values, sides):
+    """Largest value v such that cells of at least v connect side -1 with side 1 over their own sides; 0 if there is none."""
+    for value in np.unique(values[values > 0])[::-1]:
+        parts, _ = label(values >= value)
+        if np.intersect1d(parts[(sides < 0) & (parts > 0)], parts[(sides > 0) & (parts > 0)]).size:
+            return value
     return 0
 
 

@@ -9,6 +9,10 @@ import time
 from nightmap_site.script_errors import writing
 
 LEFT_BEHIND_S = 3600  # an older temporary file belongs to no running process
+try:  # hashlib loads OpenSSL: a twelfth of the time of a make that finds nothing to do
+    from _sha256 import sha256
+except ImportError:  # another Python than 3.11
+    from hashlib import sha256
 
 
 def has_text(path, text):
@@ -53,3 +57,8 @@ def settle(current, target, text, means_same=lambda path: False, changed_ns=lamb
     keeps_time = has_same_text or means_same(current)
     os.makedirs(os.path.dirname(target), exist_ok=True)
     write(target, text, os.stat(current).st_mtime_ns if keeps_time else changed_ns())
+
+
+def digest(text):
+    """64 hexadecimal digits; surrogates stand for bytes of names that are no UTF-8."""
+    return sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

@@ -5,7 +5,7 @@ between programs, and room on the disk. It takes a second at most and changes no
 import os
 import re
 
-from nightmap_make.digest import digest
+from nightmap_make.changed_files import digest
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
 from nightmap_site.script_errors import writing

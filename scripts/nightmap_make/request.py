@@ -6,16 +6,15 @@ import json
 import os
 
 from nightmap_make import preflight
-from nightmap_make.asked_pipeline import AskedPipeline
 from nightmap_make.changed_files import write_if_changed
-from nightmap_make.config_values import ConfigError, canonical, plain_errors
+from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
 from nightmap_make.imports import check_import_keys, check_imports
+from nightmap_make.input_files import num_recorded_frames
 from nightmap_make.programs import build_programs, reason_to_build
-from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 from nightmap_make.site_state import SiteState
 from nightmap_site.needs import check_needs
-from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text
+from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
 from nightmap_site.toml_file import PipelineError
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
@@ -175,3 +174,23 @@ class Asked:
                     else num_recorded_frames(self.tables, self.env["DATA"]))
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded
+
+
+class AskedPipeline:
+    """profile_from: the variable or the file that names the profile. Raises ConfigError, PipelineError."""
+
+    def __init__(self, env):
+        self.site = f"{env['SITES']}/{env['SITE']}.toml"
+        tables = load(self.site) if os.path.exists(self.site) else {}
+        self.profile, self.profile_from = env.get("PROFILE") or "default", "PROFILE"
+        if not env.get("PROFILE") and "profile" in tables:
+            self.profile, self.profile_from = tables["profile"], self.site
+        self.is_synthetic = tables.get("synthetic", False) is True
+        imports = tables.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
+        self.imports = tuple(imports) if isinstance(imports, dict) else ()
+        self.pipeline = read_pipeline("configs", str(self.profile), self.imports)
+
+    def programs(self):
+        """Names of the programs that jobs of the site run; only a made-up recording is rendered."""
+        jobs = self.pipeline.jobs.values()
+        return list(dict.fromkeys(job.program for job in jobs if job.program and (self.is_synthetic or job.when != "synthetic")))

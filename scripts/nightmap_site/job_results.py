@@ -3,9 +3,9 @@
 
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.pipeline import closure, read_pipeline
+from nightmap_site.receipts import WrittenFiles
 from nightmap_site.site import CONFIGS
 from nightmap_site.unit_lists import CurrentRuns
-from nightmap_site.written_files import WrittenFiles
 
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 # The fields that reports and receipts must have, see nightmap_site.checked_reading.check.

@@ -5,8 +5,8 @@ import importlib.util
 from pathlib import Path
 
 from nightmap_site.pipeline import pipeline_of_site
+from nightmap_site.receipts import WrittenFiles
 from nightmap_site.script_errors import DataError
-from nightmap_site.written_files import WrittenFiles
 
 # The tree that make works in (its scripts may be a link), else the checkout.
 CHECKOUT = Path(".") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2]

@@ -92,7 +92,7 @@ LAYOUTS = [
     Edit("pipeline/recording/read_sequence.h", "RawSequence ReadPictures(", before="RawSequence ReadPairsFolder(const SequenceFolder& folder);\n"),
     Edit("pipeline/recording/layouts.cc", "static const std::vector<Layout> layouts = {",
          after='\n      {.name = "pairs", .read = ReadPairsFolder, .required = {"folder", "camera"}},'),
-    Edit("scripts/nightmap_make/recorded_frames.py", "COUNTS = {", before=COUNT, after='"pairs": _num_pairs, '),
+    Edit("scripts/nightmap_make/input_files.py", "COUNTS = {", before=COUNT, after='"pairs": _num_pairs, '),
 ]  # fmt: skip
 KINDS = [
     Edit("pipeline/recording/signal_kinds.h", "enum class SignalKind { ", after="kMagnetic, "),
@@ -174,7 +174,7 @@ class ExtendTest(unittest.TestCase):
     def test_frames_lists_the_recording_of_the_layout(self):
         report = json.loads((self.folder / "frames/report.json").read_text())
         self.assertEqual((report["num_frames"], report["num_frames_with_depth"]), (NUM_FRAMES, NUM_FRAMES))
-        counted = self.run_script("-c", "from nightmap_make.recorded_frames import num_recorded_frames as n\n"
+        counted = self.run_script("-c", "from nightmap_make.input_files import num_recorded_frames as n\n"
                                   "print(n({'root': 'pairs', 'sequence': [{'layout': 'pairs'}]}, '../data'))", cwd="scripts")  # fmt: skip
         self.assertEqual(int(counted), NUM_FRAMES)
 

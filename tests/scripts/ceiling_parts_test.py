@@ -10,8 +10,7 @@ import numpy as np
 import ceiling_site
 from fake_site import rotation_about
 from folder_case import FolderTest
-from nightmap_eval.ceiling import chi_square
-from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
+from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, bounds, errors_then, nees_figures, nis_figures, quantile
 from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
 from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory, wrapped_rad
 from nightmap_eval.trajectory import Trajectory, quaternion
@@ -19,19 +18,9 @@ from nightmap_site.script_errors import DataError
 
 
 class ChiSquareTest(unittest.TestCase):
-    def test_quantiles_of_tables(self):
-        for probability, degrees, expected in ((0.025, 3, 0.2158), (0.975, 3, 9.3484), (0.95, 2, 5.9915), (0.95, 3, 7.8147),
-                                               (0.975, 1, 5.0239), (0.025, 100, 74.2219), (0.975, 100, 129.5612)):  # fmt: skip
-            self.assertAlmostEqual(chi_square.quantile(probability, degrees), expected, places=4)
-
-    def test_bounds_have_the_shape_of_the_degrees(self):
-        self.assertEqual(chi_square.bounds(np.array([3, 3, 8])).shape, (2, 3))
-        np.testing.assert_allclose(chi_square.bounds(3), [0.2158, 9.3484], atol=1e-4)
-
-    def test_the_distribution_ends_at_one(self):
-        self.assertEqual(chi_square.distribution(0, 4), 0)
-        self.assertAlmostEqual(chi_square.distribution(1e9, 4), 1)
-        self.assertAlmostEqual(chi_square.distribution(2, 2), 1 - np.exp(-1))
+    def test_bounds_of_tables(self):
+        np.testing.assert_allclose(bounds(np.array([1, 3, 100])), [[0.001, 0.2158, 74.2219], [5.0239, 9.3484, 129.5612]], atol=1e-4)
+        self.assertAlmostEqual(quantile(0.95, 2), 5.9915, places=4)
 
 
 class ReadCameraTest(FolderTest):

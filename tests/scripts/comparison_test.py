@@ -12,7 +12,7 @@ import fake_site
 from fake_site import moved, rotation_about, walk
 from folder_case import FolderTest, SiteFolderTest
 from nightmap_eval.colmap.colmap_files import read_model
-from nightmap_eval.colmap.colmap_methods import MAPPER_RUNS, RUNS
+from nightmap_eval.colmap.colmap_run import MAPPER_RUNS, RUNS
 from nightmap_eval.colmap.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.colmap.report_comparison import comparison_section
 from nightmap_site.job_results import folders_up_to

@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 
 import fake_site  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.laser.map_against_wheels import agreement_of, windows
+from nightmap_eval.laser.verdict_wheels import agreement_of, windows
 from nightmap_eval.planar_poses import compose, inverse, to_rows, to_trajectory
 
 RATE_HZ = 5

@@ -2,7 +2,7 @@
 """nearest_frames.py: which keyframes are shown beside a located picture."""
 
 from folder_case import FolderTest
-from nightmap_eval.camera.nearest_frames import nearest_frames
+from nightmap_eval.camera.report_queries import nearest_frames
 from nightmap_site.site import Site
 
 TURNED_180 = "0 1 0 0"  # about y: the camera looks back

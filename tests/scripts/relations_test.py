@@ -8,7 +8,7 @@ import numpy as np
 from fake_site import moved, rotation_about
 from folder_case import FolderTest
 from laser_site import drive
-from nightmap_eval.laser.relations import Relations, euler_rotations, read_relations, relation_errors, relation_metrics
+from nightmap_eval.laser.laser_accuracy import Relations, euler_rotations, read_relations, relation_errors, relation_metrics
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.script_errors import DataError
 

@@ -16,8 +16,8 @@ import fake_site
 import labels_site
 from labels_site import CHAIR, TABLE, thing_box, thing_entry
 from nightmap_eval.artifacts import to_json
-from nightmap_eval.labels import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
-from nightmap_eval.labels.thing_drawing import name_places_m
+from nightmap_eval.labels import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy
+from nightmap_eval.labels.report_things import name_places_m
 from nightmap_eval.labels.voxel_labels import VoxelLabels
 from nightmap_eval.metrics_json import read_metrics
 from nightmap_site.script_errors import DataError
@@ -133,7 +133,7 @@ class ReportThingsTest(SectionsTest):
         self.assertEqual(self.section().count("no picture"), 3)
 
     def test_a_rectangle_at_the_edge_is_cut_there(self):
-        cut = thing_pictures.cut_out(Image.new("RGB", (80, 60)), (0, 0, 40, 20))
+        cut = report_things.cut_out(Image.new("RGB", (80, 60)), (0, 0, 40, 20))
         self.assertEqual(cut.size, (50, 30))
 
     def test_hundreds_have_few_pictures(self):

@@ -15,10 +15,8 @@ import fake_site
 from folder_case import FolderTest, SiteFolderTest
 from nightmap_eval import html
 from nightmap_eval.camera.report_queries import choose
-from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_map import building_rows, truth_in_map
-from nightmap_eval.report_plan import narrow_lines, no_path_parts, plan_section
-from nightmap_eval.report_stale import notes
+from nightmap_eval.report_map import building_rows, cloud_section, truth_in_map
+from nightmap_eval.report_plan import narrow_lines, no_path_parts, notes, plan_section
 from nightmap_site.receipts import Hashes
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site

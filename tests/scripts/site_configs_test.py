@@ -12,7 +12,7 @@ from pathlib import Path
 
 from config_folder import CONFIG, PREVIEW, SITE, ConfigFolder
 from fake_site import CHECKOUT
-from nightmap_make.recorded_frames import COUNTS
+from nightmap_make.input_files import COUNTS
 from nightmap_site.pipeline import read_pipeline
 
 COPIES = ("site/office", "queries/office")

@@ -5,8 +5,7 @@ import numpy as np
 
 from fake_site import write_tum
 from folder_case import FolderTest
-from nightmap_eval.laser.scan_relocalization import read_scans
-from nightmap_eval.laser.verdict_held_out import held_out_checks
+from nightmap_eval.laser.scan_relocalization import held_out_checks, read_scans
 from nightmap_eval.trajectory import Trajectory
 from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE
 

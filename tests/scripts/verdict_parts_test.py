@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 from folder_case import FolderTest
+from nightmap_eval.laser.verdict_laser import part_checks, parts_apart
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.verdict.verdict import GOOD, REFUSE
-from nightmap_eval.verdict.verdict_parts import part_checks, parts_apart
 from nightmap_site.script_errors import DataError
 
 

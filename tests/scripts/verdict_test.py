@@ -18,8 +18,20 @@ from folder_case import SiteFolderTest
 from nightmap_eval.dense import verdict_cloud
 from nightmap_eval.survey import COLUMNS
 from nightmap_eval.verdict import verdict_calibration, verdict_depth, verdict_recording, verdict_way
-from nightmap_eval.verdict.map_needs import map_needs, needs_line
-from nightmap_eval.verdict.verdict import FORM, GOOD, LOOK, NOT_KNOWN, REFUSE, check, lines, unknown, verdict_json, worst
+from nightmap_eval.verdict.verdict import (
+    FORM,
+    GOOD,
+    LOOK,
+    NOT_KNOWN,
+    REFUSE,
+    check,
+    lines,
+    map_needs,
+    needs_line,
+    unknown,
+    verdict_json,
+    worst,
+)
 from nightmap_site.checked_reading import read_object
 from nightmap_site.site import Site
 

@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 
 from folder_case import FolderTest
-from nightmap_eval.artifacts import write_atomic
-from nightmap_eval.writing_folder import WritingFolder
+from nightmap_eval.artifacts import WritingFolder, write_atomic
 from nightmap_site.script_errors import DataError
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"

@@ -6,9 +6,8 @@ import json
 import fake_site
 from folder_case import FolderTest
 from nightmap_site.job_results import StageResult
-from nightmap_site.receipts import hash_bytes
+from nightmap_site.receipts import WrittenFiles, hash_bytes
 from nightmap_site.script_errors import DataError
-from nightmap_site.written_files import WrittenFiles
 
 
 def write_receipt(path, *files, then="/then/site"):

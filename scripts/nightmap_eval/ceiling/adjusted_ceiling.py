@@ -6,8 +6,7 @@ The same figures of poses and landmarks as of the filter (ceiling_accuracy.py). 
 
 from nightmap_eval.artifacts import Frames, num_unusable_frames
 from nightmap_eval.ceiling.ceiling_accuracy import pose_figures, read_results, true_frames
-from nightmap_eval.ceiling.ceiling_landmarks import landmark_figures
-from nightmap_eval.ceiling.true_ceiling import read_true_ceiling
+from nightmap_eval.ceiling.true_ceiling import landmark_figures, read_true_ceiling
 from nightmap_eval.trajectory_errors import coverage
 
 JOB = "adjust"

@@ -8,11 +8,11 @@ Tracking and Navigation, 5.4). Values above the bounds come from covariances tha
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
-from nightmap_eval.ceiling.chi_square import shares
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
-from nightmap_eval.robot_accuracy import SAME_NS
 from nightmap_eval.trajectory import associate, travelled_m
+from nightmap_eval.trajectory_errors import SAME_NS
 
 POSE_DEGREES = 3
 LEAST_SIGMA = 5e-5  # m or rad: the start is exact by definition, and the filter holds it within 1e-5
@@ -66,3 +66,21 @@ def nis_figures(ceiling_map):
     if len(nis):
         figures |= {"mean_per_degree_of_freedom": float(nis.sum() / degrees.sum())} | shares(nis, degrees)
     return figures
+
+
+def quantile(probability, degrees):
+    """The value that a chi-square variable stays below with this probability."""
+    return chdtri(degrees, 1 - probability)
+
+
+def bounds(degrees):
+    """(lower, upper) ends of the interval that holds 95 % of the values, as many below as above; arrays for an array."""
+    return quantile(0.025, degrees), quantile(0.975, degrees)
+
+
+def shares(values, degrees):
+    """Share of the values within their 95 % bounds, below them and above them (%)."""
+    lower, upper = bounds(degrees)
+    below, above = np.mean(values < lower), np.mean(values > upper)
+    return {"within_percent": 100 * float(1 - below - above), "below_percent": 100 * float(below),
+            "above_percent": 100 * float(above)}  # fmt: skip

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
 
 from nightmap_eval import drawing
-from nightmap_eval.ceiling.chi_square import bounds, quantile
+from nightmap_eval.ceiling.ceiling_consistency import bounds, quantile
 from nightmap_eval.drawing import BLUE, GRAY, GREEN, ORANGE, RED
 
 ELLIPSE_PROBABILITY = 0.95

@@ -6,10 +6,9 @@ from nightmap_eval.artifacts import Frames
 from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling.ceiling_consistency import POSE_DEGREES, errors_then
-from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
-from nightmap_eval.robot_accuracy import SAME_NS
+from nightmap_eval.planar_poses import compose, inverse, read_wheels, to_rows, wrapped_rad
 from nightmap_eval.trajectory import associate, travelled_m
-from nightmap_eval.wheel_poses import read_wheels
+from nightmap_eval.trajectory_errors import SAME_NS
 
 TITLE = "Map of the ceiling"
 COUNT_ROWS = (

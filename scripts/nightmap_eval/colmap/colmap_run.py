@@ -17,8 +17,9 @@ import shutil
 import subprocess
 import time
 import weakref
+from dataclasses import dataclass
 
-from nightmap_eval.writing_folder import WritingFolder
+from nightmap_eval.artifacts import WritingFolder
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.script_errors import DataError
 
@@ -30,6 +31,11 @@ RECEIPT = {
     "parts": [{"name": str, "wall_time_s": NUMBER, "?cpu_time_s": NUMBER}],
 }  # fmt: skip
 LONG_AGO_S = 10**6
+# COLMAP's mapper draws random samples, so its maps differ: the median run counts.
+MAPPER_RUNS = ("mapper_1", "mapper_2", "mapper_3")
+# Images that the vocabulary tree retrieves per query. `queries`: as many as per mapping frame (COLMAP's count
+# includes the frame itself); `queries_default`: COLMAP's default number.
+MATCHED_WITH = {"queries": 30, "queries_default": 100}
 
 
 class ColmapFailed(Exception):
@@ -158,3 +164,26 @@ def require(folder):
     if receipt["failed"]:
         raise ColmapFailed(receipt["failed"])
     return receipt
+
+
+@dataclass(frozen=True)
+class Run:
+    """One map and the queries in it, named by the steps that make them."""
+
+    method: str
+    map_step: str
+    queries_step: str
+    register_step: str
+
+
+def _runs(suffix):
+    maps = [("mapper", step, step) for step in MAPPER_RUNS]
+    maps += [("triangulate", "triangulate", "triangulate"), ("held", "triangulate", "held")]
+    return [
+        Run(f"colmap_{method}{suffix}", map_step, f"queries{suffix}", f"register_{name}{suffix}")
+        for method, map_step, name in maps
+    ]
+
+
+RUNS = (*_runs(""), *_runs("_default"))
+METHODS = tuple(dict.fromkeys(run.method for run in RUNS))

@@ -5,8 +5,20 @@ from pathlib import Path
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import hash_if_there
-from nightmap_eval.colmap.comparison_table import comparison_rows
+from nightmap_eval.colmap.comparison_costs import PHASES
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 from nightmap_site.checked_reading import read_json, using
+
+ERROR_ROWS = (
+    ("median (cm)", "median_translation_error_cm", "{:.1f}"),
+    ("median (deg)", "median_rotation_error_deg", "{:.2f}"),
+    ("90 % (cm)", "p90_translation_error_cm", "{:.1f}"),
+    ("90 % (deg)", "p90_rotation_error_deg", "{:.2f}"),
+    *(
+        (f"{cm} cm, {deg} deg (%)", f"recall_{cm}cm_{deg}deg_percent", "{:.0f}")
+        for cm, deg in RECALL_THRESHOLDS
+    ),
+)
 
 
 def _error_tables(results):
@@ -60,3 +72,54 @@ def comparison_section(site):
         parts += _error_tables(results)
         parts += [html.image((site.evaluate_colmap / Path(name).name).read_bytes(), name) for name in results["plots"]]
         return html.section("Comparison with COLMAP", *parts, _model_table(results), _time_table(results))
+
+
+def _text(value, text_format):
+    return "n/a" if value is None else text_format.format(value)
+
+
+def _error(figures, reference, protocol, key):
+    return figures["against"].get(reference, {}).get(protocol, {}).get(key)
+
+
+def comparison_rows(results, reference="truth"):
+    """Rows: a title and one text per method. Errors are relative to the reference."""
+    methods = results["methods"].values()
+    num_points = [f.get("num_points", sum(model["num_points"] for model in f["models"] if model["fits"]) or None) for f in methods]
+    phases_s = [f["query_phases_s"] for f in methods]
+    rows = [
+        ("queries", *(str(f["num_queries"]) for f in methods)),
+        ("located", *(f"failed: {f['failed']}" if f["failed"] else str(f["num_located"]) for f in methods)),
+        ("located, per run", *(", ".join(str(run["num_located"]) for run in f.get("runs", ())) for f in methods)),
+        ("refused", *(str(f["num_refused"]) for f in methods)),
+        (f"wrong (more than {WRONG_CM} cm off)",
+         *(_text(_error(f, reference, "global", "num_wrong"), "{}") for f in methods)),
+        ("models, fitting models", *(f"{len(f['models'])}, {sum(m['fits'] for m in f['models'])}"
+                                     if f["models"] else "" for f in methods)),
+    ]  # fmt: skip
+    for protocol in PROTOCOLS:
+        for title, key, text_format in ERROR_ROWS:
+            cells = [_text(_error(f, reference, protocol, key), text_format) for f in methods]
+            rows.append((f"{protocol} {title}", *cells))
+    rows += [
+        ("map (s)", *(f"{f['map_time_s']:.0f}" for f in methods)),
+        ("time per query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
+        *((f"{phase} per query (s)", *(s[phase] if isinstance(s[phase], str) else f"{s[phase]:.3f}" for s in phases_s)) for phase in PHASES),
+        ("time per query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
+        ("points", *(_text(num, "{}") for num in num_points)),
+        ("map size (MB)", *(f"{f['map_size_bytes'] / 1e6:.1f}" for f in methods)),
+    ]
+    return rows
+
+
+def comparison_table(results):
+    """Markdown; errors against the truth, or against nightmap without truth."""
+    reference = "truth" if results["has_ground_truth"] else "nightmap"
+    names = list(results["methods"])
+    caption = (
+        f"{results['site']}, {results['num_map_frames']} map frames, {results['colmap']}, "
+        f"{results['threads']} threads; errors against {'the truth' if reference == 'truth' else reference}.\n\n"
+    )
+    lines = ["| | " + " | ".join(names) + " |", "|---|" + "---:|" * len(names)]
+    lines += ["| " + " | ".join(row) + " |" for row in comparison_rows(results, reference)]
+    return caption + "\n".join(lines) + "\n"

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nightmap_eval.labels.class_distances import class_distances_m
 from nightmap_eval.labels.true_building import building_from_map, read_true_building
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 
@@ -86,3 +85,53 @@ def _percent(chosen, among):
     """Share of `among` that is chosen too; None of none."""
     num = np.count_nonzero(among)
     return 100 * float(np.count_nonzero(chosen & among)) / num if num else None
+
+
+def class_distances_m(points_m, building, reach_m):
+    """Distance (classes, n) of each point of the building's frame to the nearest surface of each class; infinity beyond reach_m."""
+    result = np.full((len(building.names), len(points_m)), np.inf, np.float32)
+    index = PointIndex(points_m)
+    for label, box in building.boxes:
+        half_m = np.append(np.abs(box.corners_m() - box.centre_m[:2]).max(axis=0), box.half_size_m[2])
+        _take_nearer(result[label], index.within(box.centre_m - half_m - reach_m, box.centre_m + half_m + reach_m),
+                     lambda near, box=box: box_distances_m(points_m[near], box), reach_m)  # fmt: skip
+    for label, rectangle in building.rectangles:
+        corners_m = rectangle.origin_m + np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) @ rectangle.edges_m
+        _take_nearer(result[label], index.within(corners_m.min(axis=0) - reach_m, corners_m.max(axis=0) + reach_m),
+                     lambda near, rectangle=rectangle: rectangle_distances_m(points_m[near], rectangle), reach_m)  # fmt: skip
+    return result
+
+
+def _take_nearer(nearest_m, near, distances_of, reach_m):
+    found_m = distances_of(near)
+    nearest_m[near] = np.where(found_m <= reach_m, np.minimum(nearest_m[near], found_m), nearest_m[near])
+
+
+def box_distances_m(points_m, box):
+    """Distance to the faces of a box, from outside and from inside."""
+    beyond_m = np.abs(box.to_own_axes(points_m)) - box.half_size_m
+    return np.abs(np.linalg.norm(np.maximum(beyond_m, 0), axis=1) + np.minimum(beyond_m.max(axis=1), 0))
+
+
+def rectangle_distances_m(points_m, rectangle):
+    """Distance to a rectangle, or to a line or point where edges have no length."""
+    offsets = points_m - rectangle.origin_m
+    for edge in rectangle.edges_m:
+        length2 = edge @ edge
+        if length2 > 0:
+            offsets = offsets - np.clip(offsets @ edge / length2, 0, 1)[:, None] * edge
+    return np.linalg.norm(offsets, axis=1)
+
+
+class PointIndex:
+    """Finds the points in an upright range, by their order in x."""
+
+    def __init__(self, points_m):
+        self._order = np.argsort(points_m[:, 0], kind="stable")
+        self._points_m = points_m[self._order]
+
+    def within(self, low_m, high_m):
+        """Indices of the points between two corners."""
+        first, last = np.searchsorted(self._points_m[:, 0], low_m[0]), np.searchsorted(self._points_m[:, 0], high_m[0], side="right")
+        points_m = self._points_m[first:last]
+        return self._order[first:last][((points_m >= low_m) & (points_m <= high_m)).all(axis=1)]

@@ -9,8 +9,7 @@ something moves in the recording. Masks have a margin, and all of it counts as m
 import numpy as np
 
 from nightmap_eval.artifacts import read_hdf5
-from nightmap_eval.labels.mask_accuracy import IGNORED, overlap, read_truth
-from nightmap_eval.labels.masks import mask_of, masked_frames
+from nightmap_eval.labels.mask_accuracy import IGNORED, mask_of, masked_frames, overlap, read_truth
 from nightmap_site.script_errors import DataError
 
 NONE = 0  # the label of what has no class

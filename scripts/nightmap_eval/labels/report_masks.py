@@ -5,7 +5,7 @@ import numpy as np
 from PIL import Image
 
 from nightmap_eval import drawing, html
-from nightmap_eval.labels.masks import mask_of, masked_frames, masking_job
+from nightmap_eval.labels.mask_accuracy import mask_of, masked_frames, masking_job
 from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_site.checked_reading import read_object
 

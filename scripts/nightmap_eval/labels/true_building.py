@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.floor_accuracy import RECORD_AGAIN, truth_folder
-from nightmap_eval.labels.box_overlap import UprightBox
+from nightmap_eval.labels.things import UprightBox
 from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum, umeyama
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.script_errors import DataError

@@ -11,8 +11,8 @@ from nightmap_eval.laser.report_objects import objects_section
 from nightmap_eval.loop_accuracy import read_loops
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
 from nightmap_eval.report_map import ate_rows, building_rows
-from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
+from nightmap_eval.trajectory_errors import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
 from nightmap_site.checked_reading import REMEDY
 from nightmap_site.script_errors import DataError
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.located_queries import VERDICTS, read_located
-from nightmap_eval.query_errors import query_summary, recall_percent
+from nightmap_eval.query_errors import WRONG_CM, query_summary, recall_percent
 from nightmap_eval.trajectory import Similarity, read_tum
 from nightmap_eval.trajectory_errors import absolute_errors
+from nightmap_eval.verdict.verdict import check, unknown
 from nightmap_site.checked_reading import REMEDY, read_object, using
 from nightmap_site.script_errors import DataError
 
@@ -23,6 +24,10 @@ SIGMA_COLUMNS = ("position_sigma_m", "rotation_sigma_deg")
 # Counts of objects that the published method saw, in the report of scan_localize.
 OBJECT_COUNTS = ("num_objects", "num_queries_near_objects", "num_object_poses", "num_queries_filtered_by_objects")
 SAME = Similarity(1.0, np.eye(3), np.zeros(3))
+MIN_LOCATED = 10  # fewer tell nothing
+GOOD_WRONG, USABLE_WRONG = 3, 20  # percent; one scan is good, however few there are
+MAX_SPREAD_CM = 10
+LOOK_AT = "look at the loops, at the scale of the wheels, and at the angles and the pose of the scanner"
 
 
 @dataclass
@@ -83,3 +88,26 @@ def figures(scans):
         result["p90_translation_error_per_sigma"] = float(np.percentile(errors[0] / scans.position_sigma_m, 90))
         result["p90_rotation_error_per_sigma"] = float(np.percentile(errors[1] / scans.rotation_sigma_deg, 90))
     return result
+
+
+def checks(site):
+    queries, truth = site.made("test_localize", "queries"), site.made("test_scans", "truth")
+    if queries and truth:
+        yield from held_out_checks(read_scans(queries, truth))
+
+
+def held_out_checks(scans):
+    found = "scans kept out and found elsewhere"
+    reason = f"of those located, more than {WRONG_CM} cm from where the robot's way says; one may be a look-alike"
+    count = len(scans.located)
+    if count < MIN_LOCATED:
+        yield unknown(found, reason, f"{count} of {len(scans.rows)} scans that were kept out of a second map are located, too few to tell: the "
+                      "robot came to few places twice, or they look alike")  # fmt: skip
+        return
+    figures, one_percent = query_summary(scans.translation_m, scans.rotation_deg, count), 100 / count
+    yield check(found, one_percent * figures["num_wrong"], "%", (0, max(GOOD_WRONG, one_percent)), reason, "{value:.0f} % of the scans that "
+                "were kept out are found elsewhere than the robot's way says: the map contradicts itself, places are drawn twice, apart: "
+                f"{LOOK_AT}", usable=(0, max(USABLE_WRONG, one_percent)))  # fmt: skip
+    yield check("spread of scans kept out", figures["located_median_translation_error_cm"], "cm", (0, MAX_SPREAD_CM), "median distance from "
+                "the robot's way; a map that agrees with itself has 1 to 3 cm", "scans that were kept out are found {value:.0f} cm from where "
+                f"the robot's way says: the map contradicts itself, the drawings of a place lie apart: {LOOK_AT}")  # fmt: skip

@@ -18,6 +18,7 @@ A map whose poses are wrong smears its walls, or draws one wall at two places. B
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_propagation
 
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN
 from nightmap_eval.metrics_json import WALL_KEYS
@@ -88,23 +89,9 @@ def _straight(occupied, cells, radius, resolution_m):
 
 def _hanging_together(patches):
     """The part of each patch (n, k, k) that hangs together with its middle, with gaps of one cell at most."""
-    reached, middle = np.zeros_like(patches), patches.shape[1] // 2
-    reached[:, middle, middle] = patches[:, middle, middle]
-    while True:
-        grown = reached.copy()
-        for axis in (1, 2):
-            wide = grown.copy()
-            for step in (1, 2):
-                ahead = [slice(None)] * 3
-                behind = [slice(None)] * 3
-                ahead[axis], behind[axis] = slice(step, None), slice(None, -step)
-                wide[tuple(ahead)] |= grown[tuple(behind)]
-                wide[tuple(behind)] |= grown[tuple(ahead)]
-            grown = wide
-        grown &= patches
-        if np.array_equal(grown, reached):
-            return reached
-        reached = grown
+    middle = np.zeros_like(patches)
+    middle[:, patches.shape[1] // 2, patches.shape[2] // 2] = True
+    return binary_propagation(middle & patches, np.ones((1, 5, 5)), patches)
 
 
 def _at(values, cells, outside):
