@@ -22,10 +22,8 @@ import numpy as np
 
 from nightmap_eval.artifacts import Frames, hash_if_there, to_json, write_atomic
 from nightmap_eval.colmap.colmap_run import MAPPER_RUNS, METHODS, RUNS, read_receipt
-from nightmap_eval.colmap.comparison import Located, Part, errors_against, locate_by_models, summaries
-from nightmap_eval.colmap.comparison_costs import colmap_costs, nightmap_costs
-from nightmap_eval.colmap.comparison_figures import histogram_png, queries_png, recall_png
-from nightmap_eval.colmap.report_comparison import comparison_table
+from nightmap_eval.colmap.comparison import Located, Part, colmap_costs, errors_against, locate_by_models, nightmap_costs, summaries
+from nightmap_eval.colmap.report_comparison import comparison_table, histogram_png, queries_png, recall_png
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
 from nightmap_eval.located_queries import read_located, refuse_mapped_queries

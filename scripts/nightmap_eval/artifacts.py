@@ -195,7 +195,7 @@ def _remove_left_behind(parent, prefix):
 
 
 class WritingFolder:
-    """`.writing.<host>.<random>` in a folder, removed with its content at the end of `with`.
+    """Like pipeline/base/writing_folder.h: `.writing.<host>.<random>` in a folder, removed with its content at the end of `with`.
 
     The next run of a script or stage on this host removes the folder of a killed run, whose lock is free."""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Opens pictures of a recording for the report: of the formats that Pillow shares with the stages, and no others."""
+"""Pictures of a recording: opened of the formats that Pillow shares with the stages, and no others; and their cameras."""
 
 import io
 
@@ -10,6 +10,7 @@ from nightmap_eval import html
 
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "PPM", "WEBP")
 _SCALE_OF_BITS = {"L;2": 85, "L;4": 17}  # by which Pillow scales gray values of 2 and 4 bits
+SIZE = {"?picture_width": int, "?picture_height": int}  # of a camera of cameras.json
 
 
 def open_picture(path):
@@ -34,3 +35,15 @@ def read_labels(path):
     with open_picture(path) as picture:
         raw_mode = next((tile[3] for tile in picture.tile), None)
         return np.asarray(picture) // _SCALE_OF_BITS.get(raw_mode, 1)
+
+
+def picture_camera(camera):
+    """The color camera of a camera of cameras.json, at the size of its pictures. A lens's distortion applies to rays, and stays."""
+    color = dict(camera["color"])
+    for size, focal, center in (("width", "fx", "cx"), ("height", "fy", "cy")):
+        stored = camera.get(f"picture_{size}")
+        if stored is None:
+            continue
+        scale = stored / color[size]
+        color |= {size: stored, focal: color[focal] * scale, center: (color[center] + 0.5) * scale - 0.5}
+    return color

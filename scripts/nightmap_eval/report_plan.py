@@ -8,9 +8,9 @@ import numpy as np
 
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.trajectory import MAX_POSITION_M, read_tum
+from nightmap_eval.walls_and_doors import read_floors
 from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_toml, using
 from nightmap_site.receipts import Hashes, Receipt
 from nightmap_site.script_errors import DataError, printable
@@ -142,7 +142,7 @@ def other_ends(site, receipt):
 
 
 def notes(site, stage, result):
-    """Sentences on the results of the last runs of plan or drive; `result` is the word for a result."""
+    """A failed run of plan or drive leaves the previous result. Sentences on the results of the last runs of plan or drive; `result` is the word for a result."""
     path, failure, found = site.made(stage, "receipt"), last_failure(site, stage), []
     if failure:
         shown = f"the {result} shown here is of an earlier run" if path else f"there is no {result}"

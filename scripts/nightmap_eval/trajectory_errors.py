@@ -134,7 +134,8 @@ def trajectory_metrics(estimate, truth, frame_idxs, sequence_idxs):
 
 
 def robot_figures(estimate, truth, num_moments, moments):
-    """(figures, rows of truth and of the estimate that are one moment, {"se3", "sim3": truth_from_map}). moments: what the
+    """A robot's planar way against its true one, which frames wrote as [robot_truth] of the site config says:
+    (figures, rows of truth and of the estimate that are one moment, {"se3", "sim3": truth_from_map}). moments: what the
     poses are of, "scans" or "frames"; num_moments: all of them, with or without a true pose. A moment with a true pose and no
     estimate has no error; it is counted as missing."""
     pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)

@@ -137,7 +137,8 @@ def input_files(request, sites):
 
 
 def num_recorded_frames(site, data):
-    """Sums the [[sequence]] tables of a site's config."""
+    """Sums the [[sequence]] tables of a site's config, for the estimate of the disk: from lists, names and headers of videos, without a
+    pixel. Anything that cannot be read counts as no frames; the frames stage says what is wrong with it."""
     root = os.path.join(data, site.get("root", "."))
     total = 0
     for sequence in site.get("sequence", []):

@@ -12,8 +12,7 @@ from nightmap_make.child import Child
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
-from nightmap_make.programs import reason_to_build
-from nightmap_make.request import Refused, make_flags
+from nightmap_make.request import Refused, make_flags, reason_to_build
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.script_errors import os_error_text, printable

@@ -2,16 +2,18 @@
 """The request to make: its goals and variables, the configs that follow from them, and their check before anything is
 written."""
 
+import glob
 import json
 import os
 
 from nightmap_make import preflight
 from nightmap_make.changed_files import write_if_changed
+from nightmap_make.child import Child
 from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
 from nightmap_make.imports import check_import_keys, check_imports
 from nightmap_make.input_files import num_recorded_frames
-from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
+from nightmap_make.rules_file import Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
@@ -20,6 +22,8 @@ from nightmap_site.toml_file import PipelineError
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
 PREVIEW = "nq"  # flags of make that change nothing
+SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/links.cmake", "stages/*/links.cmake", "pipeline/*/*.h", "pipeline/*/*.cc",
+           "stages/*/*/*.h", "stages/*/*/*.cc")  # fmt: skip
 
 
 class Refused(Exception):
@@ -194,3 +198,22 @@ class AskedPipeline:
         """Names of the programs that jobs of the site run; only a made-up recording is rendered."""
         jobs = self.pipeline.jobs.values()
         return list(dict.fromkeys(job.program for job in jobs if job.program and (self.is_synthetic or job.when != "synthetic")))
+
+
+def reason_to_build(build, programs):
+    """None when the programs are up to date."""
+    made = Times().of(f"{build}/programs.mk")
+    missing = [program for program in programs if not os.path.exists(f"{build}/run/{program}")]
+    if made is None or len(missing) == len(programs):
+        return "they are not built yet"
+    if missing:
+        return f"{missing[0]} is not built yet"
+    newer = [path for pattern in SOURCES for path in glob.glob(pattern) if os.stat(path).st_mtime_ns > made]
+    return f"{newer[0]} is newer than they are" if newer else None
+
+
+def build_programs(env, programs):
+    """The rule of <build>/programs.mk (scripts/development.mk) builds them, and all that were built before; so a program that is older than
+    its sources is never run. Returns whether it succeeded; what failed has been printed."""
+    command = ["make", "--no-print-directory", f"{env['BUILD']}/programs.mk"]
+    return Child().run(command, env | {"NIGHTMAP_PROGRAMS": " ".join(programs)}) == 0

@@ -11,11 +11,10 @@ so that `make -n`, `-q` and `why` can answer for any SET without touching the re
 import os
 
 from nightmap_make.changed_files import settle
-from nightmap_make.config_layers import effective_configs, makes_recordings
-from nightmap_make.config_values import ConfigError, canonical
+from nightmap_make.config_values import ConfigError, canonical, effective_configs, makes_recordings
 from nightmap_make.input_files import input_files
-from nightmap_make.run_receipts import made_with, receipts_in
 from nightmap_make.site_configs import check_site, settle_site, site_parts
+from nightmap_make.slots import made_with, receipts_in
 
 
 class ConfigRequest:

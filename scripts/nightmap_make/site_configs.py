@@ -92,7 +92,8 @@ def _of_part(site, part, asks):
 
 
 def asked_queries(request, root):
-    """The [[query]] of each path of QUERY; root: of the site's config."""
+    """The [[query]] of each path of QUERY; root: of the site's config. CAMERA and FOV_DEG describe pictures; NEAR, NEAR_RADIUS and TURN
+    describe scans."""
     paths = words("QUERY", request.query)
     key, about = ("scans", _of_scans(request, paths)) if request.asks == "scans" else ("pictures", _of_pictures(request, paths))
     for path in paths:

@@ -5,7 +5,7 @@ import json
 import tomllib
 
 from nightmap_make.graph import PathList
-from nightmap_make.programs import reason_to_build
+from nightmap_make.request import reason_to_build
 from nightmap_make.slots import change as slot_change
 from nightmap_make.slots import slot_path
 

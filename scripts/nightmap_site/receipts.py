@@ -91,6 +91,8 @@ class Receipt:
 
 
 class WrittenFiles:
+    """Compares artifacts with the receipts of the jobs that wrote them, as the programs do with their inputs (written_inputs.h)."""
+
     def __init__(self):
         self._listed, self._hashes = {}, None
 

@@ -18,7 +18,7 @@ from nightmap_eval.colmap.colmap_files import (
     replace_cameras,
     write_posed_images,
 )
-from nightmap_eval.picture_camera import picture_camera
+from nightmap_eval.pictures import picture_camera
 from nightmap_eval.trajectory import rotation_matrices
 from nightmap_site.script_errors import DataError
 

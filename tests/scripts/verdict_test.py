@@ -16,8 +16,8 @@ import fake_site
 from fake_site import walk
 from folder_case import SiteFolderTest
 from nightmap_eval.dense import verdict_cloud
-from nightmap_eval.survey import COLUMNS
 from nightmap_eval.verdict import verdict_calibration, verdict_depth, verdict_recording, verdict_way
+from nightmap_eval.verdict.verdict_recording import COLUMNS
 from nightmap_eval.verdict.verdict import (
     FORM,
     GOOD,

@@ -9,10 +9,9 @@ import numpy as np
 import fake_site
 from fake_site import rotation_about
 from folder_case import FolderTest
-from nightmap_eval.floor_accuracy import evaluate_floors, read_floors
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from nightmap_eval.trajectory import Similarity
-from nightmap_eval.walls_and_doors import Sampler, door_figures, passage_width_m, wall_figures
+from nightmap_eval.walls_and_doors import Sampler, door_figures, evaluate_floors, passage_width_m, read_floors, wall_figures
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 

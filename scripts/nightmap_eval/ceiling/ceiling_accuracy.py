@@ -36,7 +36,7 @@ ARRAYS = {
     "landmark_last_raw_px": 2,  # where
     "loop_anchors": 2,
 }
-CeilingMap = make_dataclass("CeilingMap", ARRAYS)  # its frame is the robot's at its start
+CeilingMap = make_dataclass("CeilingMap", ARRAYS)  # see pipeline/ceiling/ceiling_map_io.h; its frame is the robot's at its start
 
 
 def evaluate(site):

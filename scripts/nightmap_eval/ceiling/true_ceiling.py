@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.ceiling.ceiling_consistency import quantile, squared_mahalanobis
-from nightmap_eval.floor_accuracy import RECORD_AGAIN, truth_folder
 from nightmap_eval.trajectory import interpolated, read_tum
 from nightmap_eval.trajectory_errors import statistics
+from nightmap_eval.walls_and_doors import RECORD_AGAIN, truth_folder
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.script_errors import DataError
 

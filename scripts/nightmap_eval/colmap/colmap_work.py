@@ -8,7 +8,7 @@ from nightmap_eval.artifacts import Frames, read_csv
 from nightmap_eval.colmap.colmap_files import camera_parameters, read_images, replace_cameras
 from nightmap_eval.colmap.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.located_queries import refuse_mapped_queries
-from nightmap_eval.picture_camera import SIZE, picture_camera
+from nightmap_eval.pictures import SIZE, picture_camera
 from nightmap_site.checked_reading import read_object
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site

@@ -3,8 +3,8 @@
 
 import math
 
-from nightmap_eval.survey import largest_fixed_part
 from nightmap_eval.verdict.verdict import check, unknown
+from nightmap_eval.verdict.verdict_recording import largest_fixed_part
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.job_results import StageResult
 

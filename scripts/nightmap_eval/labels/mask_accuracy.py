@@ -58,7 +58,7 @@ def masking_job(site):
 
 
 def masked_frames(site):
-    """(row of the list of frames, path of the file of masks, its arrays, index in them) of each frame with a mask, in order."""
+    """See pipeline/io/masks_io.h: (row of the list of frames, path of the file of masks, its arrays, index in them) of each frame with a mask, in order."""
     job = masking_job(site)
     for name in shard_names(site):
         path = site.made(job, "masks", name)

@@ -4,10 +4,10 @@
 import numpy as np
 
 from nightmap_eval import drawing, html
-from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.labels import label_drawing
 from nightmap_eval.labels.label_accuracy import FURNITURE
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
+from nightmap_eval.walls_and_doors import read_floors
 
 TITLE = "What stands where"
 CUTS_M = (0.5, 1.2)  # above the floor

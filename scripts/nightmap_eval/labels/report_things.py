@@ -8,13 +8,13 @@ from matplotlib.patheffects import withStroke
 
 from nightmap_eval import drawing, html
 from nightmap_eval.drawing import RED
-from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.labels import label_drawing
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
 from nightmap_eval.labels.things import read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_eval.pictures import jpeg, open_picture
+from nightmap_eval.walls_and_doors import read_floors
 
 TITLE = "Things"
 FLOOR_REACH_M = 0.5  # a thing stands on the highest floor that is at most so far above its bottom

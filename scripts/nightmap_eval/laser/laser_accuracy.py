@@ -3,7 +3,7 @@
 
 Counts always; thickness and doubling of the grid's walls, which need no truth (wall_quality.py). Where frames wrote the
 robot's truth: absolute errors after a planar alignment, and relative errors over stretches of path. Where it copied
-relations: the errors of relations.py. Where the exact building is known: the grid against its plan (floor_accuracy.py).
+relations: their errors. Where the exact building is known: the grid against its plan (walls_and_doors.py).
 """
 
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.artifacts import read_hdf5
-from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_folder
 from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.wall_quality import wall_metrics
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
+from nightmap_eval.walls_and_doors import evaluate_floors, read_floors, truth_folder
 from nightmap_eval.trajectory import (
     MAX_POSITION_M,
     MAX_TIME_NS,
@@ -144,6 +144,10 @@ def floors_walls(site):
 
 @dataclass
 class Relations:
+    """Known relations between pairs of poses. The metric of Kuemmerle et al., On measuring the accuracy of SLAM algorithms (Autonomous
+    Robots 2009): an error far back does not count again in all that follows, and the frame of the map does not matter. A relation is
+    one line, `time1 time2 x y z roll pitch yaw`: first_from_second at the two times, in seconds, metres and radians. `#` starts a comment."""
+
     times_ns: np.ndarray  # (n, 2) int64
     rotations: np.ndarray  # (n, 3, 3), first_from_second
     translations_m: np.ndarray  # (n, 3)

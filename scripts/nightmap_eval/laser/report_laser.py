@@ -4,7 +4,6 @@
 import numpy as np
 
 from nightmap_eval import drawing, html
-from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.laser_accuracy import STRETCHES_M
 from nightmap_eval.laser.report_objects import objects_section
@@ -13,6 +12,7 @@ from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figure
 from nightmap_eval.report_map import ate_rows, building_rows
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
 from nightmap_eval.trajectory_errors import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
+from nightmap_eval.walls_and_doors import read_floors
 from nightmap_site.checked_reading import REMEDY
 from nightmap_site.script_errors import DataError
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.walls_and_doors import read_floors
 from nightmap_site.checked_reading import check, read_text, read_toml
 from nightmap_site.script_errors import DataError
 

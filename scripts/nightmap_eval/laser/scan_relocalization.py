@@ -3,6 +3,9 @@
 
 Its scans are of stretches of the way that are not in the test map. The reference is the way itself, as the job map_frame has
 it: the grid was drawn by the same way, so no alignment is needed. A scan that is not located counts as a failure.
+
+Its section.verdict: the map was drawn by the same way, so a scan that is found elsewhere tells of a place that is drawn twice, or of
+another that looks like it.
 """
 
 from dataclasses import dataclass
