@@ -16,16 +16,17 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from nightmap_make.make_run import MakeRun  # noqa: E402
-from nightmap_make.request import Asked, Refused  # noqa: E402
+from nightmap_make.request import Asked  # noqa: E402
 from nightmap_site.script_errors import DataError, os_error_text, printable  # noqa: E402
+from nightmap_site.toml_file import PipelineError  # noqa: E402
 
 
 def main():
     try:
         return MakeRun(Asked(os.environ, sys.argv[1:])).run()
-    except (Refused, DataError) as error:
+    except (PipelineError, DataError) as error:
         print(f"nightmap: {printable(error)}", file=sys.stderr)
-        return 2 if isinstance(error, Refused) else 1
+        return 2 if isinstance(error, PipelineError) else 1
     except OSError as error:
         print(f"nightmap: {printable(os_error_text(error))}", file=sys.stderr)
         return 1

@@ -9,38 +9,23 @@ import tomllib
 
 from nightmap_site.declaration import folders, profiles
 from nightmap_site.script_errors import os_error_text
+from nightmap_site.toml_file import PipelineError, read_toml
 
 MAX_INTEGER = 2**63 - 1
 HEADER = "# Written by make; edit configs/ or use SET instead.\n"
 
 
-class ConfigError(Exception):
-    """A mistake in a config or a variable of make; the message names it and the remedy."""
-
-
 @contextlib.contextmanager
 def plain_errors():
-    """Turns the exceptions of a wrong config or an unreadable file into a ConfigError."""
+    """Turns the exceptions of a wrong config or an unreadable file into a PipelineError."""
     try:
         yield
     except OSError as error:
-        raise ConfigError(os_error_text(error, "correct its permissions or its place")) from None
+        raise PipelineError(os_error_text(error, "correct its permissions or its place")) from None
     except RecursionError:
-        raise ConfigError("a value of configs/ or SET is nested too deep: correct what you changed last") from None
+        raise PipelineError("a value of configs/ or SET is nested too deep: correct what you changed last") from None
     except ValueError as error:
-        raise ConfigError(str(error)) from None
-
-
-def load(path):
-    try:
-        with open(path, "rb") as file:
-            return tomllib.load(file)
-    except RecursionError:
-        raise ConfigError(f"{path}: not valid TOML: nested too deep")
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: not valid TOML: not UTF-8 text; store it as UTF-8")
-    except ValueError as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}")
+        raise PipelineError(str(error)) from None
 
 
 def toml_value(value):
@@ -65,9 +50,9 @@ def like(default, value, where):
     if isinstance(default, float) and type(value) is int:
         return float(value)
     if type(value) is int and abs(value) > MAX_INTEGER:
-        raise ConfigError(f"{where} is larger than any whole number here: {toml_value(value)[:30]}...")
+        raise PipelineError(f"{where} is larger than any whole number here: {toml_value(value)[:30]}...")
     if type(default) is not type(value):
-        raise ConfigError(f"{where} must be like its default {toml_value(default)}, but is {toml_value(value)[:100]}")
+        raise PipelineError(f"{where} must be like its default {toml_value(default)}, but is {toml_value(value)[:100]}")
     return value
 
 
@@ -76,7 +61,7 @@ def _plain(value, where):
     if isinstance(value, list):
         return [_plain(item, where) for item in value]
     if not isinstance(value, (bool, int, float, str)):
-        raise ConfigError(f"{where}: {value!r} is neither a number, a text nor a list")
+        raise PipelineError(f"{where}: {value!r} is neither a number, a text nor a list")
     return value
 
 
@@ -95,9 +80,9 @@ def split_set(text, stages):
     name, equals, value = text.partition("=")
     stage, dot, key = name.partition(".")
     if not (equals and dot and stage and key and value):
-        raise ConfigError(f"SET: '{text}' is not STAGE.KEY=VALUE, as in SET=\"octree.resolution_m=0.1\"")
+        raise PipelineError(f"SET: '{text}' is not STAGE.KEY=VALUE, as in SET=\"octree.resolution_m=0.1\"")
     if stage not in stages:
-        raise ConfigError(f"SET: '{text}': no stage '{stage}'; stages: {', '.join(stages)}")
+        raise PipelineError(f"SET: '{text}': no stage '{stage}'; stages: {', '.join(stages)}")
     return stage, key, value
 
 
@@ -106,7 +91,7 @@ def words(name, text):
     try:
         return shlex.split(text)
     except ValueError as error:
-        raise ConfigError(f"{name}: {text}: {str(error).lower()}")
+        raise PipelineError(f"{name}: {text}: {str(error).lower()}")
 
 
 def effective_configs(request):
@@ -116,9 +101,9 @@ def effective_configs(request):
     configs/<folder>/default/<name>.toml < configs/<profile>/<name>.toml < configs/sites/<site>/<name>.toml < SEED < SET NAME.KEY=VALUE"""
     known = profiles(request.configs)
     if request.profile not in known:  # a path, for example
-        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
+        raise PipelineError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
     paths = _default_files(request)
-    defaults = {stage: load(path) for stage, path in paths.items()}
+    defaults = {stage: read_toml(path) for stage, path in paths.items()}
     configs = {stage: dict(config) for stage, config in defaults.items()}
     sources = {stage: dict.fromkeys(config, paths[stage]) for stage, config in configs.items()}
     for stage, config, where in _layers(request, defaults):
@@ -176,12 +161,12 @@ def _folder(folder, stages, configs):
         if not _has_options(name):
             continue
         if name[:-5] not in stages and not any(os.path.exists(f"{configs}/{other}/default/{name}") for other in os.listdir(configs)):
-            raise ConfigError(f"{folder}/{name}: no stage '{name[:-5]}'")
+            raise PipelineError(f"{folder}/{name}: no stage '{name[:-5]}'")
         if name[:-5] in stages:
-            yield name[:-5], load(os.path.join(folder, name)), f"{folder}/{name}"
+            yield name[:-5], read_toml(os.path.join(folder, name)), f"{folder}/{name}"
 
 
 def _check_keys(config, default, where):
     for key in config:
         if key not in default:
-            raise ConfigError(f"{where}: unknown key '{key}'; known keys: {', '.join(sorted(default))}")
+            raise PipelineError(f"{where}: unknown key '{key}'; known keys: {', '.join(sorted(default))}")

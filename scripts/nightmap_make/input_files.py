@@ -10,8 +10,8 @@ import os
 import struct
 
 from nightmap_make.changed_files import digest, settle
-from nightmap_make.config_values import ConfigError
 from nightmap_make.site_configs import tables
+from nightmap_site.toml_file import PipelineError
 
 FILE_KEYS = ("mask", "ground_truth", "file", "scans", "trajectory", "relations")
 OF_TRUTH = ("odometry", "trajectory", "relations")  # keys of [robot_truth]
@@ -73,7 +73,7 @@ def _picture_files(path):
         try:
             names = [name for name in os.listdir(path) if not name.startswith(".")]
         except OSError as error:
-            raise ConfigError(f"{path}: {error.strerror}: make the folder readable")
+            raise PipelineError(f"{path}: {error.strerror}: make the folder readable")
         return [file for file in (os.path.join(path, name) for name in names) if os.path.isfile(file)]
     names = ["cameras.csv"]
     if path.lower().endswith(".txt") and os.path.isfile(path):
@@ -98,7 +98,7 @@ class InputFiles:
     def check(self, site_name):
         for path in sorted(self._folders | self._extra | self._pictures):
             if not os.path.exists(path):
-                raise ConfigError(f"site {site_name}: {path} does not exist. datasets.md says where to get each recording; "
+                raise PipelineError(f"site {site_name}: {path} does not exist. datasets.md says where to get each recording; "
                                   f"DATA={self._data} is the folder it is looked for in")  # fmt: skip
 
     def settle(self, request):

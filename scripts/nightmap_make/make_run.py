@@ -12,10 +12,11 @@ from nightmap_make.child import Child
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
-from nightmap_make.request import Refused, make_flags, reason_to_build
+from nightmap_make.request import make_flags, reason_to_build
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.script_errors import os_error_text, printable
+from nightmap_site.toml_file import PipelineError
 
 
 class MakeRun:
@@ -111,12 +112,12 @@ class MakeRun:
     def _refuse_without_jobs(self):
         for goal, job in self._goals_without_jobs():
             if job.when == "queries" and self.asked.pipeline.asks == "scans":
-                raise Refused(f"site {self.asked.name} has no scans to locate: name a log of them in QUERY, or give "
+                raise PipelineError(f"site {self.asked.name} has no scans to locate: name a log of them in QUERY, or give "
                               f"{self.asked.request.site} a [[query]]")
             if job.when == "queries":
-                raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.request.site} a "
+                raise PipelineError(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.request.site} a "
                               "[[query]] or hold_out_every > 0")  # fmt: skip
-            raise Refused(f"make {goal}: {job.name} is for sites with {job.when}, which {self.asked.request.site} has not")
+            raise PipelineError(f"make {goal}: {job.name} is for sites with {job.when}, which {self.asked.request.site} has not")
 
     def _write_rules(self):
         self.site_state = self._look_at_site()
@@ -147,7 +148,7 @@ class MakeRun:
             try:
                 os.utime(path, ns=(time_ns, time_ns))
             except OSError as error:
-                raise Refused(f"{path}: its time lies in the future and cannot be changed ({error.strerror}): touch it as its owner") from None
+                raise PipelineError(f"{path}: its time lies in the future and cannot be changed ({error.strerror}): touch it as its owner") from None
         self._write_rules()
 
     def _preview_times(self):

@@ -9,7 +9,7 @@ import os
 from nightmap_make import preflight
 from nightmap_make.changed_files import write_if_changed
 from nightmap_make.child import Child
-from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
+from nightmap_make.config_values import canonical, plain_errors
 from nightmap_make.imports import check_import_keys, check_imports
 from nightmap_make.input_files import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
@@ -17,17 +17,13 @@ from nightmap_make.rules_file import Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
-from nightmap_site.toml_file import PipelineError
+from nightmap_site.toml_file import PipelineError, read_toml
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
 PREVIEW = "nq"  # flags of make that change nothing
 SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/links.cmake", "stages/*/links.cmake", "pipeline/*/*.h", "pipeline/*/*.cc",
            "stages/*/*/*.h", "stages/*/*/*.cc")  # fmt: skip
-
-
-class Refused(Exception):
-    """A mistake in the request; nothing was run. Exit code 2."""
 
 
 def make_flags(makeflags):
@@ -53,11 +49,8 @@ class Asked:
         flags = make_flags(environment.get("MAKEFLAGS", ""))
         self.is_preview = "why" in goals or any(flag in flags for flag in PREVIEW)
         self.config = f"{self.folder}/.preview" if self.is_preview else f"{self.folder}/config"
-        try:
-            with plain_errors():
-                self._check()
-        except (ConfigError, PipelineError) as error:
-            raise Refused(error) from None
+        with plain_errors():
+            self._check()
 
     def _check(self):
         """Reads and checks the request; writes nothing."""
@@ -87,7 +80,7 @@ class Asked:
         if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in self.programs):
             return  # they are not built yet, and a preview builds nothing
         if not self.is_preview and reason_to_build(self.env["BUILD"], self.programs) and not build_programs(self.env, self.programs):
-            raise Refused("the programs cannot be built: the first error is above")
+            raise PipelineError("the programs cannot be built: the first error is above")
         texts = {name: preflight.ConfigText(programs[name], self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
                                             *self._inputs(name)) for name in programs}  # fmt: skip
         preflight.check(self.env["BUILD"], texts, self.pipeline.clashes, self.is_preview)
@@ -139,16 +132,13 @@ class Asked:
 
     def settle(self):
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""
-        try:
-            with plain_errors():
-                folders = {name: sorted({job.folder for job in self.pipeline.jobs.values() if job.options == name})
-                           for name in self.pipeline.options}  # fmt: skip
-                stamps = self.resolved.settle(folders)
-                if not self.is_preview:
-                    write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.request.profile, self.tables.get("import", {})))
-                return stamps
-        except ConfigError as error:
-            raise Refused(error) from None
+        with plain_errors():
+            folders = {name: sorted({job.folder for job in self.pipeline.jobs.values() if job.options == name})
+                       for name in self.pipeline.options}  # fmt: skip
+            stamps = self.resolved.settle(folders)
+            if not self.is_preview:
+                write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.request.profile, self.tables.get("import", {})))
+            return stamps
 
     def check_disk(self, jobs):
         """Room for the frames added since the last list of frames."""
@@ -156,10 +146,7 @@ class Asked:
         if num_frames <= 0:
             return
         needed = [job for job in jobs if job.goal in self.goals or job.goal == "map"]
-        try:
-            preflight.check_disk(self.folder, num_frames * self._bytes_per_frame(needed), f"a map of {num_frames} more frames")
-        except PipelineError as error:
-            raise Refused(error) from None
+        preflight.check_disk(self.folder, num_frames * self._bytes_per_frame(needed), f"a map of {num_frames} more frames")
 
     def _bytes_per_frame(self, jobs):
         """Bytes that the results of this site take per frame where there are some, else the declared largest size."""
@@ -181,11 +168,11 @@ class Asked:
 
 
 class AskedPipeline:
-    """profile_from: the variable or the file that names the profile. Raises ConfigError, PipelineError."""
+    """profile_from: the variable or the file that names the profile. Raises PipelineError."""
 
     def __init__(self, env):
         self.site = f"{env['SITES']}/{env['SITE']}.toml"
-        tables = load(self.site) if os.path.exists(self.site) else {}
+        tables = read_toml(self.site) if os.path.exists(self.site) else {}
         self.profile, self.profile_from = env.get("PROFILE") or "default", "PROFILE"
         if not env.get("PROFILE") and "profile" in tables:
             self.profile, self.profile_from = tables["profile"], self.site

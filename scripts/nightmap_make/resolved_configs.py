@@ -11,10 +11,11 @@ so that `make -n`, `-q` and `why` can answer for any SET without touching the re
 import os
 
 from nightmap_make.changed_files import settle
-from nightmap_make.config_values import ConfigError, canonical, effective_configs, makes_recordings
+from nightmap_make.config_values import canonical, effective_configs, makes_recordings
 from nightmap_make.input_files import input_files
 from nightmap_make.site_configs import check_site, settle_site, site_parts
 from nightmap_make.slots import made_with, receipts_in
+from nightmap_site.toml_file import PipelineError
 
 
 class ConfigRequest:
@@ -50,7 +51,7 @@ class ConfigRequest:
 
 class ResolvedConfigs:
     """configs: name -> options; sources: name -> key -> file or variable that set it; sites: part -> text and tables that
-    stages read of the site's config and QUERY. Reads and checks them, and writes nothing before settle. Raises ConfigError."""
+    stages read of the site's config and QUERY. Reads and checks them, and writes nothing before settle. Raises PipelineError."""
 
     def __init__(self, request):
         _check_request(request)
@@ -86,9 +87,9 @@ class ResolvedConfigs:
 
 def _check_request(request):
     if not (request.seed.isascii() and request.seed.isdigit() and len(request.seed) < 19):
-        raise ConfigError(f"SEED={request.seed}: give a whole number")
+        raise PipelineError(f"SEED={request.seed}: give a whole number")
     if not os.path.exists(request.site):
         folder = os.path.dirname(request.site)
         known = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
         names = ", ".join(name[:-5] for name in known if name.endswith(".toml"))
-        raise ConfigError(f"no site config {request.site}; sites: {names}")
+        raise PipelineError(f"no site config {request.site}; sites: {names}")

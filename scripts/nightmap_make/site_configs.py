@@ -11,7 +11,8 @@ import math
 import os
 
 from nightmap_make.changed_files import settle
-from nightmap_make.config_values import ConfigError, load, toml_value, words
+from nightmap_make.config_values import toml_value, words
+from nightmap_site.toml_file import PipelineError, read_toml
 
 OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 OF_SCANS = ("signal", "sensor")
@@ -24,35 +25,35 @@ def tables(site, name, path):
     """The tables [[name]] of the site's config, which lies at `path`."""
     found = site.get(name, [])
     if not isinstance(found, list):
-        raise ConfigError(f"{path}: '{name}' must be written as [[{name}]]")
+        raise PipelineError(f"{path}: '{name}' must be written as [[{name}]]")
     return found
 
 
 def check_site(path):
     """Checks the types of the keys that Make's scripts read; the frames stage checks the whole site config."""
-    site = load(path)
+    site = read_toml(path)
     _check_text(path, site, ("root", "profile"), "")
     if not isinstance(site.get("synthetic", False), bool):
-        raise ConfigError(f"{path}: synthetic must be true or false")
+        raise PipelineError(f"{path}: synthetic must be true or false")
     imports = site.get("import", {})
     if not isinstance(imports, dict):
-        raise ConfigError(f"{path}: 'import' must be written as [import]")
+        raise PipelineError(f"{path}: 'import' must be written as [import]")
     _check_text(path, imports, imports, " of [import]")
     truth = site.get("robot_truth", {})
     if not isinstance(truth, dict):
-        raise ConfigError(f"{path}: 'robot_truth' must be written as [robot_truth]")
+        raise PipelineError(f"{path}: 'robot_truth' must be written as [robot_truth]")
     _check_text(path, truth, truth, " of [robot_truth]")
     for kind in ("camera", "sequence", "query", "signal"):
         for table in tables(site, kind, path):
             if not isinstance(table, dict):
-                raise ConfigError(f"{path}: '{kind}' must be written as [[{kind}]]")
+                raise PipelineError(f"{path}: '{kind}' must be written as [[{kind}]]")
             _check_text(path, table, TEXT_KEYS, f" of [[{kind}]]")
 
 
 def _check_text(path, table, names, where):
     for name in names:
         if not isinstance(table.get(name, ""), str):
-            raise ConfigError(f"{path}: {name}{where} must be text in quotation marks")
+            raise PipelineError(f"{path}: {name}{where} must be text in quotation marks")
 
 
 def site_parts(request):
@@ -61,8 +62,8 @@ def site_parts(request):
         with open(path, encoding="utf-8") as file:
             text = file.read()
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: not UTF-8 text ({error.reason}): store it as UTF-8")
-    site = load(path)
+        raise PipelineError(f"{path}: not UTF-8 text ({error.reason}): store it as UTF-8")
+    site = read_toml(path)
     text += f"\n# This was the text of {path}\n"
     queries = asked_queries(request, site.get("root", "."))
     return {"site": (text, site), "queries": (text, site), "asked": (tables_text(queries), {"query": queries})}
@@ -79,8 +80,8 @@ def _is_same_part(path, site, part, asks):
     if not os.path.exists(path):
         return False
     try:
-        return _of_part(load(path), part, asks) == _of_part(site, part, asks)
-    except (ConfigError, TypeError):
+        return _of_part(read_toml(path), part, asks) == _of_part(site, part, asks)
+    except (PipelineError, TypeError):
         return False
 
 
@@ -110,38 +111,38 @@ def tables_text(queries):
 
 def _of_pictures(request, paths):
     if request.near or request.near_radius or request.turn:
-        raise ConfigError(f"NEAR, NEAR_RADIUS and TURN describe laser scans; site {request.site_name} with profile {request.profile} "
+        raise PipelineError(f"NEAR, NEAR_RADIUS and TURN describe laser scans; site {request.site_name} with profile {request.profile} "
                           "is asked for pictures: leave them out, or choose profile laser")  # fmt: skip
     if (request.camera or request.fov_deg) and not paths:
-        raise ConfigError("CAMERA and FOV_DEG describe the pictures of QUERY: name some")
+        raise PipelineError("CAMERA and FOV_DEG describe the pictures of QUERY: name some")
     camera = {"camera": request.camera} if request.camera else {}
     if request.fov_deg:
         try:
             camera["horizontal_fov_deg"] = float(request.fov_deg)
         except ValueError:
-            raise ConfigError(f"FOV_DEG={request.fov_deg}: give a number of degrees")
+            raise PipelineError(f"FOV_DEG={request.fov_deg}: give a number of degrees")
     return camera
 
 
 def _of_scans(request, paths):
     if request.camera or request.fov_deg:
-        raise ConfigError(f"CAMERA and FOV_DEG describe pictures; site {request.site_name} with profile {request.profile} is asked "
+        raise PipelineError(f"CAMERA and FOV_DEG describe pictures; site {request.site_name} with profile {request.profile} is asked "
                           "for laser scans: leave them out")  # fmt: skip
     if (request.near or request.near_radius or request.turn) and not paths:
-        raise ConfigError("NEAR, NEAR_RADIUS and TURN describe the laser scans of QUERY: name a log of them")
+        raise PipelineError("NEAR, NEAR_RADIUS and TURN describe the laser scans of QUERY: name a log of them")
     if request.turn not in ("", "0", "1"):
-        raise ConfigError(f"TURN={request.turn}: give 1 where the robot turned on the spot, else 0")
+        raise PipelineError(f"TURN={request.turn}: give 1 where the robot turned on the spot, else 0")
     turn = {"turn": True} if request.turn == "1" else {}
     if not request.near:
         if request.near_radius:
-            raise ConfigError("NEAR_RADIUS is the radius around NEAR: give NEAR=\"x,y\", too")
+            raise PipelineError("NEAR_RADIUS is the radius around NEAR: give NEAR=\"x,y\", too")
         return turn
     near = {"near_m": _numbers("NEAR", request.near, 2, "x and y in the map in metres, as in NEAR=\"3.5,-2\"")}
     if not request.near_radius:
         return turn | near
     [radius_m] = _numbers("NEAR_RADIUS", request.near_radius, 1, "a number of metres above 0")
     if radius_m <= 0:
-        raise ConfigError(f"NEAR_RADIUS={request.near_radius}: give a number of metres above 0")
+        raise PipelineError(f"NEAR_RADIUS={request.near_radius}: give a number of metres above 0")
     return turn | near | {"near_radius_m": radius_m}
 
 
@@ -150,19 +151,19 @@ def _numbers(name, text, count, what):
     with contextlib.suppress(ValueError):
         numbers = [float(word) for word in text.split(",")]
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise ConfigError(f"{name}={text}: give {what}")
+        raise PipelineError(f"{name}={text}: give {what}")
     return numbers
 
 
 def _check_path(path, asks):
     # Surrogates stand for bytes that are not UTF-8.
     if any(c < " " or c == "\x7f" or "\ud800" <= c <= "\udfff" for c in path):
-        raise ConfigError(f"QUERY: the name {path!r} is not UTF-8 or holds control characters: rename it")
+        raise PipelineError(f"QUERY: the name {path!r} is not UTF-8 or holds control characters: rename it")
     if not os.path.exists(path):
         what = "logs of laser scans" if asks == "scans" else "pictures, folders of them or .txt lists"
-        raise ConfigError(f"QUERY: {path} does not exist: name {what}")
+        raise PipelineError(f"QUERY: {path} does not exist: name {what}")
     if asks == "scans" and os.path.isdir(path):
-        raise ConfigError(f"QUERY: {path} is a folder: name logs of laser scans")
+        raise PipelineError(f"QUERY: {path} is a folder: name logs of laser scans")
 
 
 def _from_data(path, data):

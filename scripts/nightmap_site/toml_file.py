@@ -6,7 +6,8 @@ import tomllib
 
 
 class PipelineError(Exception):
-    """The declaration or a config is wrong: a usage error, exit code 2."""
+    """A mistake in the declaration, a config or a variable of make, which the message names with the remedy: nothing was run. Exit
+    code 2."""
 
 
 def read_toml(path):
@@ -16,7 +17,11 @@ def read_toml(path):
             return dict(_parsed(file.read()))
     except FileNotFoundError:
         raise PipelineError(f"{path}: there is no such file") from None
-    except (ValueError, RecursionError) as error:
+    except RecursionError:
+        raise PipelineError(f"{path}: not valid TOML: nested too deep") from None
+    except UnicodeDecodeError:
+        raise PipelineError(f"{path}: not valid TOML: not UTF-8 text; store it as UTF-8") from None
+    except ValueError as error:
         raise PipelineError(f"{path}: not valid TOML: {error}") from None
 
 

@@ -5,8 +5,9 @@ import contextlib
 import tomllib
 
 from folder_case import FolderTest
-from nightmap_make.config_values import ConfigError, plain_errors
+from nightmap_make.config_values import plain_errors
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
+from nightmap_site.toml_file import PipelineError
 
 SITE = 'root = "office"\n[[sequence]]\nfolder = "."\n'
 CONFIG = "maps/office/config"
@@ -33,7 +34,7 @@ class ConfigFolder(FolderTest):
 
     def refused(self, **changes):
         """The message of a refusal: one line."""
-        with self.assertRaises(ConfigError) as caught:
+        with self.assertRaises(PipelineError) as caught:
             self.resolve(**changes)
         self.assertRegex(str(caught.exception), r"\A[^\n]+\Z")
         return str(caught.exception)

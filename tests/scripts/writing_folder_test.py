@@ -14,7 +14,7 @@ from nightmap_site.script_errors import DataError
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 WRITER = """
 import sys, time
-from nightmap_eval.writing_folder import WritingFolder
+from nightmap_eval.artifacts import WritingFolder
 with WritingFolder(sys.argv[1]) as folder:
     (folder / "half.txt").write_text("half a fi")
     print("ready", flush=True)
