@@ -34,9 +34,8 @@ import sys
 from pathlib import Path
 
 from nightmap_eval.artifacts import Frames
-from nightmap_eval.colmap.colmap_files import read_model, write_posed_images
+from nightmap_eval.colmap.colmap_files import FIXED_ADJUSTER, Work, read_model, write_posed_images
 from nightmap_eval.colmap.colmap_run import MAPPER_RUNS, MATCHED_WITH, RUNS, ColmapFailed, ColmapSkipped, require
-from nightmap_eval.colmap.colmap_work import FIXED_ADJUSTER, Work
 from nightmap_eval.trajectory import read_tum
 from nightmap_site.script_errors import run_main
 

@@ -26,8 +26,7 @@ from nightmap_eval.colmap.comparison import Located, Part, colmap_costs, errors_
 from nightmap_eval.colmap.report_comparison import comparison_table, histogram_png, queries_png, recall_png
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
-from nightmap_eval.located_queries import read_located, refuse_mapped_queries
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, read_located, refuse_mapped_queries
 from nightmap_eval.trajectory import read_truth, read_tum
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.site import Site

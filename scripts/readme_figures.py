@@ -7,23 +7,18 @@ Exit codes: 0 written; 1 missing data, or a picture above 300 KiB; 2 wrong comma
 """
 
 import argparse
-import io
 from pathlib import Path
 
-import matplotlib
+from PIL import Image
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-from PIL import Image  # noqa: E402
-
-from nightmap_eval.artifacts import Frames, write_atomic  # noqa: E402
-from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory  # noqa: E402
-from nightmap_eval.grid import read_grid  # noqa: E402
-from nightmap_eval.report_map import accepted_loops  # noqa: E402
-from nightmap_eval.report_plan import read_path, read_path_figures  # noqa: E402
-from nightmap_eval.trajectory import read_tum  # noqa: E402
-from nightmap_site.script_errors import DataError, run_main  # noqa: E402
-from nightmap_site.site import Site  # noqa: E402
+from nightmap_eval.artifacts import Frames, write_atomic
+from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory, plt, to_png
+from nightmap_eval.grid import read_grid
+from nightmap_eval.report_map import accepted_loops
+from nightmap_eval.report_plan import read_path, read_path_figures
+from nightmap_eval.trajectory import read_tum
+from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.site import Site
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300 * 1024
@@ -67,10 +62,7 @@ def draw(site, data):
     shown = (rows[len(rows) // 5], rows[3 * len(rows) // 5])
     show_frames(figure, (layout[0, 0], layout[1, 0]), data, shown)
     show_plan(figure.add_subplot(layout[:, 1]), site)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=95, bbox_inches="tight", metadata={"Software": None})
-    plt.close(figure)
-    return buffer.getvalue()
+    return to_png(figure, dpi=95)
 
 
 def main():

@@ -30,12 +30,7 @@ endif
 ifneq ($(words $(LOG_LEVEL))$(filter-out debug info warn err off,$(LOG_LEVEL)),1)
 $(error LOG_LEVEL=$(LOG_LEVEL): give one of debug, info, warn, err and off)
 endif
-ifneq ($(words $(V))$(filter-out 0 1,$(V)),1)
-$(error V=$(V): give 0 or 1)
-endif
-ifneq ($(words $(STRICT))$(filter-out 0 1,$(STRICT)),1)
-$(error STRICT=$(STRICT): give 0 or 1)
-endif
+$(foreach v,V STRICT,$(if $(filter-out 1,$(words $($v))$(filter-out 0 1,$($v))),$(error $v=$($v): give 0 or 1)))
 
 ifneq ($(words $(SITE) $(DATA) $(MAPS) $(BUILD) $(SITES))$(findstring /,$(SITE)),5)
 $(error SITE, DATA, MAPS, BUILD and SITES must each be one word without spaces; SITE must not contain /)

@@ -14,12 +14,11 @@ from matplotlib.transforms import Affine2D  # noqa: E402
 from nightmap_eval.grid import FREE, OCCUPIED  # noqa: E402
 
 BLUE, ORANGE, GREEN, RED, GRAY = "#2166ac", "#e08214", "#1b7837", "#b2182b", "#888888"
-PNG_OPTIONS = {"format": "png", "dpi": 110, "bbox_inches": "tight", "metadata": {"Software": None}}
 
 
-def to_png(figure):
+def to_png(figure, dpi=110):
     buffer = io.BytesIO()
-    figure.savefig(buffer, **PNG_OPTIONS)
+    figure.savefig(buffer, format="png", dpi=dpi, bbox_inches="tight", metadata={"Software": None})
     plt.close(figure)
     return buffer.getvalue()
 

@@ -4,10 +4,11 @@
 import numpy as np
 
 from nightmap_eval import drawing, html
-from nightmap_eval.artifacts import Frames, read_csv
+from nightmap_eval.artifacts import Frames
+from nightmap_eval.loop_accuracy import read_loops
 from nightmap_eval.report_plan import drive_section, plan_section, read_if_made
 from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, rotation_matrices
-from nightmap_site.checked_reading import read_object, using
+from nightmap_site.checked_reading import read_object
 from nightmap_site.job_results import StageResult
 
 GRID_ROWS = (
@@ -58,21 +59,11 @@ def accepted_loops(site, estimate):
     path = site.made("pose_graph", "loops_csv")
     if not path:
         return []
-    rows = read_csv(path, ("status",))
-    columns = [name for name in (rows[0] if rows else ()) if "frame" in name][:2]
-    if len(columns) < 2:
-        return []
     frames = Frames(site)
     row_of_time = {int(t): row for row, t in enumerate(estimate.times_ns)}
-    numbered = zip(frames.frame_idxs, frames.times_ns)
-    row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in numbered}
-    loops = []
-    for number, row in enumerate(rows, 2):
-        with using(f"{path}:{number}"):
-            ends = [row_of_frame.get(int(row[name])) for name in columns]
-        if row["status"] == "accepted" and None not in ends:
-            loops.append(estimate.positions_m[ends])
-    return loops
+    row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in zip(frames.frame_idxs, frames.times_ns)}
+    loops = ([row_of_frame.get(row[end]) for end in ("frame_a", "frame_b")] for row in read_loops(path) if row["status"] == "accepted")
+    return [estimate.positions_m[ends] for ends in loops if None not in ends]
 
 
 def floor_paragraphs(site):

@@ -35,14 +35,11 @@ def check_site(path):
     _check_text(path, site, ("root", "profile"), "")
     if not isinstance(site.get("synthetic", False), bool):
         raise PipelineError(f"{path}: synthetic must be true or false")
-    imports = site.get("import", {})
-    if not isinstance(imports, dict):
-        raise PipelineError(f"{path}: 'import' must be written as [import]")
-    _check_text(path, imports, imports, " of [import]")
-    truth = site.get("robot_truth", {})
-    if not isinstance(truth, dict):
-        raise PipelineError(f"{path}: 'robot_truth' must be written as [robot_truth]")
-    _check_text(path, truth, truth, " of [robot_truth]")
+    for name in ("import", "robot_truth"):
+        table = site.get(name, {})
+        if not isinstance(table, dict):
+            raise PipelineError(f"{path}: '{name}' must be written as [{name}]")
+        _check_text(path, table, table, f" of [{name}]")
     for kind in ("camera", "sequence", "query", "signal"):
         for table in tables(site, kind, path):
             if not isinstance(table, dict):

@@ -101,10 +101,9 @@ class Job:
             raise PipelineError(f"{where('needs')}: needs = {self.needs!r} is no list of {', '.join(NEEDS)}")
         if not self.script and not OPTIONS.fullmatch(str(self.options)):
             raise PipelineError(f"{where('options')}: options = {self.options!r} is no name of a file like \"features\"")
-        if self.stamp not in (None, *STAMPS):
-            raise PipelineError(f"{where('stamp')}: stamp = \"{self.stamp}\" is none of {', '.join(STAMPS)}")
-        if self.asks not in (None, *ASKS):
-            raise PipelineError(f"{where('asks')}: asks = \"{self.asks}\" is none of {', '.join(ASKS)}")
+        for key, value, known in (("stamp", self.stamp, STAMPS), ("asks", self.asks, ASKS)):
+            if value not in (None, *known):
+                raise PipelineError(f"{where(key)}: {key} = \"{value}\" is none of {', '.join(known)}")
         if self.when is not None and not CONDITION.fullmatch(self.when):
             raise PipelineError(f"{where('when')}: when = \"{self.when}\" is no key of a site's config, like \"import.map\"")
 

@@ -21,7 +21,7 @@ import numpy as np
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.laser.report_relocalization import WRONG_M
 from nightmap_eval.laser.scan_relocalization import figures, read_scans
-from nightmap_eval.located_queries import read_located
+from nightmap_eval.query_errors import read_located
 from nightmap_eval.trajectory import read_tum
 from nightmap_site.checked_reading import read_object
 from nightmap_site.script_errors import DataError, run_main

@@ -17,8 +17,7 @@ from pathlib import Path
 from command_line import parser_of  # first: it makes the packages of scripts/ importable
 import numpy as np
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.located_queries import read_located
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, read_located
 from nightmap_eval.trajectory import associate, read_tum
 from nightmap_site.script_errors import run_main
 from PIL import Image

@@ -16,7 +16,7 @@ import fake_site
 import labels_site
 from labels_site import CHAIR, TABLE, thing_box, thing_entry
 from nightmap_eval.artifacts import to_json
-from nightmap_eval.labels import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy
+from nightmap_eval.labels import label_accuracy, report_labels, report_things, thing_accuracy
 from nightmap_eval.labels.report_things import name_places_m
 from nightmap_eval.labels.voxel_labels import VoxelLabels
 from nightmap_eval.metrics_json import read_metrics
@@ -75,7 +75,7 @@ class ReportLabelsTest(SectionsTest):
 class FromAboveTest(unittest.TestCase):
     def from_above(self, keys, labels, *heights_m):
         voxels = VoxelLabels(0.5, np.array(keys), np.array(labels), ["a", "b"], ["#000000", "#ffffff"])
-        return label_drawing.from_above(voxels, *heights_m)
+        return report_labels.from_above(voxels, *heights_m)
 
     def test_the_highest_below_the_limit_is_seen(self):
         image, extent_m = self.from_above([[0, 0, 0], [0, 0, 3], [0, 0, 9], [2, 1, 0]], [0, 1, 0, 0], -1, 2.2)
@@ -87,7 +87,7 @@ class FromAboveTest(unittest.TestCase):
 
     def test_a_huge_map_gets_coarser_pixels(self):
         image, extent_m = self.from_above([[-32000, 0, 0], [32000, 5, 0]], [0, 1], -1, 3)
-        self.assertLessEqual(max(image.shape), label_drawing.MAX_SIDE_PX)
+        self.assertLessEqual(max(image.shape), report_labels.MAX_SIDE_PX)
         self.assertGreaterEqual(extent_m[1], 16000.5)
 
     def test_nothing(self):

@@ -5,9 +5,8 @@ import numpy as np
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import Frames, read_csv, to_ints
-from nightmap_eval.located_queries import read_located
 from nightmap_eval.pictures import jpeg, open_picture
-from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM, read_located
 from nightmap_eval.trajectory import read_tum, rotation_matrices
 from nightmap_site.query_results import asked_names
 

@@ -9,7 +9,7 @@ from matplotlib.patheffects import withStroke
 from nightmap_eval import drawing, html
 from nightmap_eval.drawing import RED
 from nightmap_eval.grid import read_grid
-from nightmap_eval.labels import label_drawing
+from nightmap_eval.labels.report_labels import draw, floor_from_above
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
 from nightmap_eval.labels.things import read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
@@ -54,7 +54,7 @@ def _floor_png(site, floor, voxels, things):
     figure, axes = drawing.map_axes(f"Things on floor {floor['number']} ({len(things)})", (9.5, 7.5))
     axes.set_aspect("equal", adjustable="box")
     if voxels is not None:
-        label_drawing.draw(axes, voxels, *label_drawing.floor_from_above(voxels, floor), OPACITY)
+        draw(axes, voxels, *floor_from_above(voxels, floor), OPACITY)
     elif site.made("grid", "yaml"):
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / floor["yaml"]))
     else:  # the boxes set the limits

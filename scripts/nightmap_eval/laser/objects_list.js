@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list beside the map: a group of fields per object. Rows stay where they are when values change, so that the keyboard's
 // focus stays too.
-"use strict";
 
 const FIELDS = [["name", "Name"], ["x_m", "x (m)"], ["y_m", "y (m)"], ["size_x_m", "Size x (m)"], ["size_y_m", "Size y (m)"],
                 ["angle_deg", "Angle (deg)"]];

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The map with its rectangles as an SVG in metres: what it shows, and where on it the mouse is.
-"use strict";
 
 const SVG = "http://www.w3.org/2000/svg";
 const HANDLE_PX = 6, TURN_HANDLE_PX = 26, LABEL_PX = 12, MARGIN_M = 0.5;
@@ -19,7 +18,7 @@ function svgElement(name, attributes = {}, ...children) {
 }
 
 class ObjectMap {
-  // grid: see report_objects.py.
+  // grid: see report_laser.py.
   constructor(svg, grid) {
     this.svg = svg;
     this.grid = grid;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gestures of the mouse on the map of ObjectsEditor: one lasts from the press of a button to its release.
-"use strict";
 
 const LEFT = 0;
 const PLACE_DIGITS = 2;  // of metres

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.located_queries import VERDICTS, read_located
-from nightmap_eval.query_errors import WRONG_CM, query_summary, recall_percent
+from nightmap_eval.query_errors import VERDICTS, WRONG_CM, query_summary, read_located, recall_percent
 from nightmap_eval.trajectory import Similarity, read_tum
 from nightmap_eval.trajectory_errors import absolute_errors
 from nightmap_eval.verdict.verdict import check, unknown
