@@ -27,17 +27,15 @@ reported as failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
 """
 
-import argparse
 import functools
 import signal
 import sys
-from pathlib import Path
 
 from nightmap_eval.artifacts import Frames
 from nightmap_eval.colmap.colmap_files import FIXED_ADJUSTER, Work, read_model, write_posed_images
 from nightmap_eval.colmap.colmap_run import MAPPER_RUNS, MATCHED_WITH, RUNS, ColmapFailed, ColmapSkipped, require
 from nightmap_eval.trajectory import read_tum
-from nightmap_site.script_errors import run_main
+from nightmap_site.script_errors import paths_parser, run_main
 
 MAX_EXHAUSTIVE = 100
 
@@ -156,17 +154,11 @@ STEPS = {
 }
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("step", choices=STEPS)
-    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--data", type=Path, required=True, help="folder of the recordings")
-    parser.add_argument("--threads", type=int, required=True)
-    return parser.parse_args()
-
-
 def main():
-    arguments = parse_arguments()
+    parser = paths_parser(__doc__, site_dir="maps/<site>", data="folder of the recordings")
+    parser.add_argument("step", choices=STEPS)
+    parser.add_argument("--threads", type=int, required=True)
+    arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # runs the clean-up that ends COLMAP
     work = Work(arguments)
     try:

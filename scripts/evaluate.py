@@ -11,9 +11,6 @@ only these: those of a laser are in nightmap_eval/laser/laser_accuracy.py, those
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
-import argparse
-from pathlib import Path
-
 import numpy as np
 
 from nightmap_eval.artifacts import Frames, bridged_frames, frames_apart, num_unusable_frames, to_json, truths_apart, write_atomic
@@ -24,19 +21,10 @@ from nightmap_eval.query_errors import PROTOCOLS, VERDICTS, query_summary, read_
 from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum
 from nightmap_eval.trajectory_errors import coverage, trajectory_metrics
 from nightmap_eval.walls_and_doors import evaluate_floors, truth_folder
-from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, paths_parser, run_main
 from nightmap_site.site import Site
 
 MAX_TURN_DEG = 30  # half of what a camera sees: no map hangs together that is wrong by more, by the same at all poses
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--data", type=Path, required=True, help="folder of the recordings")
-    parser.add_argument("--out", type=Path, required=True, help="metrics.json to write")
-    parser.add_argument("--site-config", type=Path, help="default: maps/<site>/config/site/<site>.toml")
-    return parser.parse_args()
 
 
 def evaluate_coverage(site, frames, estimate):
@@ -177,7 +165,8 @@ def print_summary(metrics):
 
 
 def main():
-    arguments = parse_arguments()
+    arguments = paths_parser(__doc__, site_dir="maps/<site>", data="folder of the recordings", out="metrics.json to write",
+                             site_config="?default: maps/<site>/config/site/<site>.toml").parse_args()  # fmt: skip
     metrics = evaluate(arguments)
     write_atomic(arguments.out, to_json(metrics))
     print_summary(metrics)

@@ -13,10 +13,8 @@ between `<!-- colmap_SITE:begin -->` and `<!-- colmap_SITE:end -->` of that file
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
-import argparse
 import csv
 import io
-from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +26,7 @@ from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
 from nightmap_eval.query_errors import PROTOCOLS, read_located, refuse_mapped_queries
 from nightmap_eval.trajectory import read_truth, read_tum
-from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, paths_parser, run_main
 from nightmap_site.site import Site
 
 NEAR = "recall_5cm_5deg_percent"
@@ -42,14 +40,6 @@ SETTING = (
     "triangulates and adjusts with them while nightmap's poses stay",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
 )
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--out", type=Path, required=True, help="results.json to write; the other files go beside it")
-    parser.add_argument("--page", type=Path, help="page that receives the table")
-    return parser.parse_args()
 
 
 class ComparedSite(Site):
@@ -202,7 +192,8 @@ def settings(site):
 
 
 def main():
-    arguments = parse_arguments()
+    arguments = paths_parser(__doc__, site_dir="maps/<site>", out="results.json to write; the other files go beside it",
+                             page="?page that receives the table").parse_args()  # fmt: skip
     site = ComparedSite(arguments.site_dir)
     truth, folder = site.truth(), arguments.out.parent
     reference = truth or site.nightmap.merged()

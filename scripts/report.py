@@ -8,9 +8,7 @@ configs. A section whose stage did not run says so. The page does not depend on 
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
-import argparse
 import sys
-from pathlib import Path
 
 try:
     from nightmap_eval import html
@@ -21,19 +19,10 @@ try:
     from nightmap_eval.report_map import map_sections
     from nightmap_eval.report_run import failure_section, read_failure, run_sections, summary, verdict_parts
     from nightmap_site.job_results import read_stages
-    from nightmap_site.script_errors import DataError, run_main
+    from nightmap_site.script_errors import DataError, paths_parser, run_main
     from nightmap_site.site import Site
 except (ImportError, MemoryError) as error:  # a package that is missing, or a limit of memory
     sys.exit(f"error: the report cannot load its libraries: {error or 'out of memory'}; run make deps, or raise the limit of memory (ulimit -v)")
-
-
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--out", type=Path, required=True, help="index.html to write")
-    parser.add_argument("--data", type=Path, help="folder of the recordings, for query pictures")
-    parser.add_argument("--of-what-is-whole", action="store_true", help="write a page even if some results are damaged")
-    return parser.parse_args()
 
 
 def make_report(site_dir, data, of_what_is_whole=False):
@@ -71,7 +60,9 @@ def has_queries(site):
 
 
 def main():
-    arguments = parse_arguments()
+    parser = paths_parser(__doc__, site_dir="maps/<site>", out="index.html to write", data="?folder of the recordings, for query pictures")
+    parser.add_argument("--of-what-is-whole", action="store_true", help="write a page even if some results are damaged")
+    arguments = parser.parse_args()
     write_atomic(arguments.out, make_report(arguments.site_dir, arguments.data, arguments.of_what_is_whole))
 
 

@@ -8,25 +8,15 @@ asks those of the recording alone, and says what time and room a map takes; `ver
 Exit codes: 0 written, whatever the verdict is; 1 missing or inconsistent data; 2 wrong command line.
 """
 
-import argparse
-from pathlib import Path
-
 from nightmap_eval.artifacts import to_json, write_atomic
 from nightmap_eval.verdict.verdict import checks_of, lines, map_needs, needs_line, verdict_json
-from nightmap_site.script_errors import printable, run_main
+from nightmap_site.script_errors import paths_parser, printable, run_main
 from nightmap_site.site import Site
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--data", type=Path, help="folder of the recordings")
-    parser.add_argument("--out", type=Path, required=True, help="verdict.json to write, in the folder of a job")
-    return parser.parse_args()
-
-
 def main():
-    arguments = parse_arguments()
+    arguments = paths_parser(__doc__, site_dir="maps/<site>", data="?folder of the recordings",
+                             out="verdict.json to write, in the folder of a job").parse_args()  # fmt: skip
     site = Site(arguments.site_dir, arguments.data)
     job = site.pipeline.jobs[arguments.out.parent.name]
     checks, needs = checks_of(site, job.results_of), map_needs(site) if job.goal == "check" and site.has("survey") else None

@@ -96,34 +96,34 @@ def parse_time_ns(text):
     return -value if negative else value
 
 
-def _parse_line(line):
-    """Time, position and quaternion. Raises ValueError with the reason."""
-    words = line.replace(",", " ").split()
-    if len(words) != 8:
-        raise ValueError(f"{len(words)} columns, not 8: time tx ty tz qx qy qz qw")
-    try:
-        time_ns, values = parse_time_ns(words[0]), [float(word) for word in words[1:]]
-    except (ValueError, OverflowError):
-        raise ValueError(f"not a number in: {line.strip()[:200]}") from None
-    if not np.all(np.isfinite(values)):
-        raise ValueError("NaN or infinity in a pose")
-    if abs(time_ns) > MAX_TIME_NS or max(map(abs, values[:3])) > MAX_POSITION_M:
-        raise ValueError(f"a time or position out of range: {line.strip()[:200]}")
-    norm = np.linalg.norm(values[3:])
-    if not 0.5 < norm < 2:
-        raise ValueError(f"the quaternion has norm {norm:.3g}; expected 1")
-    return time_ns, values[:3], np.array(values[3:]) / norm
+def read_rows(path, remedy, columns, num_times):
+    """(place, times in ns, values) of each line of numbers, the first of which are times; `#` starts a comment. Raises DataError naming
+    file and line."""
+    for number, line in enumerate(read_text(path, remedy).splitlines(), 1):
+        words, place = line.split("#")[0].replace(",", " ").split(), f"{path}:{number}"
+        if not words:
+            continue
+        if len(words) != len(columns.split()):
+            raise DataError(f"{place}: {len(words)} columns, not {len(columns.split())}: {columns}; {remedy}")
+        try:
+            times_ns, values = [parse_time_ns(word) for word in words[:num_times]], [float(word) for word in words[num_times:]]
+        except (ValueError, OverflowError):
+            raise DataError(f"{place}: not a number in: {line.strip()[:200]}; {remedy}") from None
+        if not np.all(np.isfinite(values)):
+            raise DataError(f"{place}: NaN or infinity; {remedy}")
+        if max(map(abs, times_ns)) > MAX_TIME_NS or max(map(abs, values)) > MAX_POSITION_M:
+            raise DataError(f"{place}: a time or length out of range: {line.strip()[:200]}; {remedy}")
+        yield place, times_ns, values
 
 
 def read_tum(path, remedy=REMEDY):
     """A Trajectory sorted by time. Raises DataError naming file and line."""
     poses = []
-    for number, line in enumerate(read_text(path, remedy).splitlines(), 1):
-        if line.strip() and not line.lstrip().startswith("#"):
-            try:
-                poses.append(_parse_line(line))
-            except ValueError as error:
-                raise DataError(f"{path}:{number}: {error}; {remedy}") from None
+    for place, [time_ns], values in read_rows(path, remedy, "time tx ty tz qx qy qz qw", 1):
+        norm = np.linalg.norm(values[3:])
+        if not 0.5 < norm < 2:
+            raise DataError(f"{place}: the quaternion has norm {norm:.3g}; expected 1; {remedy}")
+        poses.append((time_ns, values[:3], np.array(values[3:]) / norm))
     return make_trajectory(poses, path)
 
 

@@ -62,10 +62,7 @@ class Asked:
             fov_deg=env.get("FOV_DEG", ""), near=env.get("NEAR", ""), near_radius=env.get("NEAR_RADIUS", ""), turn=env.get("TURN", ""),
             # Locating a picture or a scan in the existing map does not need the recordings.
             reads_recordings=not (self.goals == ["localize"] and env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt")))  # fmt: skip
-        asked, request = AskedPipeline(env), self.request
-        self.pipeline, self.programs = asked.pipeline, asked.programs()
-        request.profile, request.profile_from, request.is_synthetic = asked.profile, asked.profile_from, asked.is_synthetic
-        request.asks, request.programs, request.imports = self.pipeline.asks, self.pipeline.options, asked.imports
+        self._choose_pipeline(self.request)
         self.resolved = ResolvedConfigs(self.request)
         self.configs, self.tables = self.resolved.configs, self.resolved.sites["site"][1]
         imports = self.tables.get("import", {})
@@ -73,6 +70,19 @@ class Asked:
         check_imports(self.request.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight()
+
+    def _choose_pipeline(self, request):
+        """The profile, which the site's config may name, decides; all other checks and the build of the programs depend on it."""
+        tables = read_toml(request.site) if os.path.exists(request.site) else {}
+        request.profile = self.env.get("PROFILE") or tables.get("profile", "default")
+        request.profile_from = request.site if "profile" in tables and not self.env.get("PROFILE") else "PROFILE"
+        request.is_synthetic = tables.get("synthetic", False) is True
+        imports = tables.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
+        request.imports = tuple(imports) if isinstance(imports, dict) else ()
+        self.pipeline = read_pipeline("configs", str(request.profile), request.imports)
+        request.asks, request.programs = self.pipeline.asks, self.pipeline.options
+        jobs = [job for job in self.pipeline.jobs.values() if request.is_synthetic or job.when != "synthetic"]  # only made-up recordings are rendered
+        self.programs = list(dict.fromkeys(job.program for job in jobs if job.program))
 
     def _preflight(self):
         self._check_options()
@@ -165,26 +175,6 @@ class Asked:
                     else num_recorded_frames(self.tables, self.env["DATA"]))
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded
-
-
-class AskedPipeline:
-    """profile_from: the variable or the file that names the profile. Raises PipelineError."""
-
-    def __init__(self, env):
-        self.site = f"{env['SITES']}/{env['SITE']}.toml"
-        tables = read_toml(self.site) if os.path.exists(self.site) else {}
-        self.profile, self.profile_from = env.get("PROFILE") or "default", "PROFILE"
-        if not env.get("PROFILE") and "profile" in tables:
-            self.profile, self.profile_from = tables["profile"], self.site
-        self.is_synthetic = tables.get("synthetic", False) is True
-        imports = tables.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
-        self.imports = tuple(imports) if isinstance(imports, dict) else ()
-        self.pipeline = read_pipeline("configs", str(self.profile), self.imports)
-
-    def programs(self):
-        """Names of the programs that jobs of the site run; only a made-up recording is rendered."""
-        jobs = self.pipeline.jobs.values()
-        return list(dict.fromkeys(job.program for job in jobs if job.program and (self.is_synthetic or job.when != "synthetic")))
 
 
 def reason_to_build(build, programs):

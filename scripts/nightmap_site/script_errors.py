@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of the scripts, with the exit codes of the stages."""
+"""Command lines and errors of the scripts, with the exit codes of the stages."""
 
 import contextlib
 import errno
@@ -36,6 +36,17 @@ def os_error_text(error, remedy=""):
     """FILE: REASON: REMEDY. The given remedy is for what no full disk causes."""
     remedy = REMEDIES.get(error.errno, remedy)
     return ": ".join(str(part) for part in (error.filename, error.strerror or error, remedy) if part)
+
+
+def paths_parser(about, **meanings):
+    """A parser of a script's command line with a path for each name; one whose meaning begins with ? may be left out. about: docstring."""
+    import argparse  # which no make needs
+    from pathlib import Path
+
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
+    for name, meaning in meanings.items():
+        parser.add_argument("--" + name.replace("_", "-"), type=Path, required=meaning[0] != "?", help=meaning.lstrip("?"))
+    return parser
 
 
 def run_main(main):

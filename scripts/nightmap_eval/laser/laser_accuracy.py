@@ -14,28 +14,11 @@ from nightmap_eval.artifacts import read_hdf5
 from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.wall_quality import wall_metrics
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
+from nightmap_eval.trajectory import angles_deg, associate, interpolated, path_length_m, read_rows, read_tum, rotation_matrices
+from nightmap_eval.trajectory_errors import (MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, distance_pairs, relative_errors,
+                                             robot_figures, statistics)  # fmt: skip
 from nightmap_eval.walls_and_doors import evaluate_floors, read_floors, truth_folder
-from nightmap_eval.trajectory import (
-    MAX_POSITION_M,
-    MAX_TIME_NS,
-    angles_deg,
-    associate,
-    interpolated,
-    parse_time_ns,
-    path_length_m,
-    read_tum,
-    rotation_matrices,
-)
-from nightmap_eval.trajectory_errors import (
-    MAX_TRUTH_GAP_NS,
-    SAME_NS,
-    TRUTH_REMEDY,
-    distance_pairs,
-    relative_errors,
-    robot_figures,
-    statistics,
-)
-from nightmap_site.checked_reading import read_text, using
+from nightmap_site.checked_reading import using
 from nightmap_site.script_errors import DataError
 
 STRETCHES_M = (1, 10)
@@ -165,38 +148,13 @@ def euler_rotations(roll_rad, pitch_rad, yaw_rad):
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def _parse_line(line):
-    """Two times and six values. Raises ValueError with the reason."""
-    words = line.split()
-    if len(words) != 8:
-        raise ValueError(f"{len(words)} columns, not 8: time1 time2 x y z roll pitch yaw")
-    try:
-        times_ns, values = [parse_time_ns(word) for word in words[:2]], [float(word) for word in words[2:]]
-    except (ValueError, OverflowError):
-        raise ValueError(f"not a number in: {line.strip()[:200]}") from None
-    if not np.all(np.isfinite(values)):
-        raise ValueError("NaN or infinity in a relation")
-    if max(map(abs, times_ns)) > MAX_TIME_NS or max(map(abs, values)) > MAX_POSITION_M:
-        raise ValueError(f"a time or length out of range: {line.strip()[:200]}")
-    return times_ns, values
-
-
 def read_relations(path):
     """The Relations of a file, in its order. Raises DataError naming file and line, and when there is none."""
-    times_ns, values = [], []
-    for number, line in enumerate(read_text(path, REMEDY).splitlines(), 1):
-        line = line.split("#")[0]
-        if line.strip():
-            try:
-                both, six = _parse_line(line)
-            except ValueError as error:
-                raise DataError(f"{path}:{number}: {error}; {REMEDY}") from None
-            times_ns.append(both)
-            values.append(six)
-    if not values:
+    rows = list(read_rows(path, REMEDY, "time1 time2 x y z roll pitch yaw", 2))
+    if not rows:
         raise DataError(f"{path}: no relation; {REMEDY}")
-    values = np.array(values)
-    return Relations(np.array(times_ns, dtype=np.int64), euler_rotations(*values[:, 3:].T), values[:, :3])
+    values = np.array([row[2] for row in rows])
+    return Relations(np.array([row[1] for row in rows], dtype=np.int64), euler_rotations(*values[:, 3:].T), values[:, :3])
 
 
 def relation_errors(relations, estimate, max_gap_ns=MAX_GAP_NS):
