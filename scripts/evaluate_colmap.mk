@@ -22,15 +22,13 @@ $(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/map_frame/trajecto
 $(C)/queries/receipt.json $(C)/queries_default/receipt.json: $(C)/%/receipt.json: $(C)/matches/receipt.json \
     $(M)/queries/queries.csv $(M)/queries/query_cameras.json $(STEP)
 	$(call step,$*)
-$(MAPS_OF_COLMAP:%=$(C)/register_%/receipt.json): $(C)/register_%/receipt.json: $(C)/%/receipt.json $(C)/queries/receipt.json $(STEP)
+$(MAPS_OF_COLMAP:%=$(C)/register_%/receipt.json): $(C)/register_%/receipt.json: $(C)/%/receipt.json
+$(MAPS_OF_COLMAP:%=$(C)/register_%_default/receipt.json): $(C)/register_%_default/receipt.json: $(C)/%/receipt.json
+$(C)/register_held/receipt.json $(C)/register_held_default/receipt.json: $(C)/triangulate/receipt.json
+$(REGISTERED:%=$(C)/register_%/receipt.json): $(C)/queries/receipt.json $(STEP)
+$(REGISTERED:%=$(C)/register_%_default/receipt.json): $(C)/queries_default/receipt.json $(STEP)
+$(C)/register_%/receipt.json:
 	$(call step,register_$*)
-$(MAPS_OF_COLMAP:%=$(C)/register_%_default/receipt.json): $(C)/register_%_default/receipt.json: $(C)/%/receipt.json \
-    $(C)/queries_default/receipt.json $(STEP)
-	$(call step,register_$*_default)
-$(C)/register_held/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/receipt.json $(STEP)
-	$(call step,register_held)
-$(C)/register_held_default/receipt.json: $(C)/triangulate/receipt.json $(C)/queries_default/receipt.json $(STEP)
-	$(call step,register_held_default)
 $(C)/results.json: $(REGISTERED:%=$(C)/register_%/receipt.json) $(REGISTERED:%=$(C)/register_%_default/receipt.json) \
     $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
     $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py scripts/nightmap_eval/colmap/*.py) \

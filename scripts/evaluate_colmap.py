@@ -16,8 +16,6 @@ Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 import csv
 import io
 
-import numpy as np
-
 from nightmap_eval.artifacts import Frames, hash_if_there, to_json, write_atomic
 from nightmap_eval.colmap.colmap_run import MAPPER_RUNS, METHODS, RUNS, read_receipt
 from nightmap_eval.colmap.comparison import Located, Part, colmap_costs, errors_against, locate_by_models, nightmap_costs, summaries
@@ -110,19 +108,13 @@ def run_figures(site, run, located, reference):
     return figures | {key: costs[key] for key in ("map_time_s", "time_per_query_s")}
 
 
-def errors_by_method(methods, reference):
-    """protocol -> method -> errors (time -> cm, degrees) against one reference. A method that cannot be
-    aligned on it has no errors; its figures say why."""
-    result = {}
-    for protocol in PROTOCOLS:
-        result[protocol] = {}
-        for method in methods:
-            try:
-                times, metres, degrees = errors_against(method, reference, protocol)
-            except DataError:
-                times, metres, degrees = [], np.array([]), []
-            result[protocol][method.name] = dict(zip(times, zip(100 * metres, degrees)))
-    return result
+def errors_of(method, reference, protocol):
+    """Errors against one reference: time -> cm, degrees. None of a method that cannot be aligned on it; its figures say why."""
+    try:
+        times, metres, degrees = errors_against(method, reference, protocol)
+    except DataError:
+        return {}
+    return dict(zip(times, zip(100 * metres, degrees)))
 
 
 def to_csv(header, rows):
@@ -134,14 +126,10 @@ def to_csv(header, rows):
 
 
 def summary_csv(results):
-    rows, keys = [], []
-    for method, figures in results["methods"].items():
-        for reference, by_protocol in figures["against"].items():
-            for protocol, values in by_protocol.items():
-                keys += [key for key in values if key not in keys]
-                rows.append((method, reference, protocol, values))
-    cells = [[*head, *(values.get(key, "") for key in keys)] for *head, values in rows]
-    return to_csv(["method", "reference", "protocol", *keys], cells)
+    rows = [{"method": method, "reference": reference, "protocol": protocol} | values for method, figures in results["methods"].items()
+            for reference, by_protocol in figures["against"].items() for protocol, values in by_protocol.items()]  # fmt: skip
+    keys = dict.fromkeys(["method", "reference", "protocol", *(key for row in rows for key in row)])
+    return to_csv(keys, [[row.get(key, "") for key in keys] for row in rows])
 
 
 def queries_csv(site, methods, errors):
@@ -217,7 +205,7 @@ def main():
         "made_of": {str(path.relative_to(site.folder)): hash_if_there(path) for path in site.made_of},
         "methods": figures,
     }  # fmt: skip
-    errors = errors_by_method(methods, truth) if truth else {}
+    errors = {protocol: {method.name: errors_of(method, truth, protocol) for method in methods} for protocol in PROTOCOLS} if truth else {}
     num_queries = len(truth.queries) if truth else 0
     results["plots"] = write_plots(site, methods, errors, num_queries, folder)
     write_atomic(folder / "summary.csv", summary_csv(results))

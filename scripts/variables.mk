@@ -2,12 +2,33 @@
 # The values that a user gives to make's variables are data: `value` takes their text unexpanded, recipes read it from the
 # environment, and what rules or a shell would interpret is refused here, before anything runs.
 
-USERS := SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN OBJECTS STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES \
-  BUILD SITES PYTHON SANITIZED
-# The defaults of these two, which the Makefile gives, are text to expand.
-is_default = $(filter THREADS_file CASES_file,$(1)_$(origin $(1)))
-$(foreach v,$(USERS),$(eval override $v := $(if $(call is_default,$v),$$($v),$$(value $v))))
-export $(USERS)
+override SITE := $(value SITE)
+override PROFILE := $(value PROFILE)
+override SET := $(value SET)
+override SEED := $(value SEED)
+override START := $(value START)
+override GOAL := $(value GOAL)
+override QUERY := $(value QUERY)
+override CAMERA := $(value CAMERA)
+override FOV_DEG := $(value FOV_DEG)
+override NEAR := $(value NEAR)
+override NEAR_RADIUS := $(value NEAR_RADIUS)
+override TURN := $(value TURN)
+override OBJECTS := $(value OBJECTS)
+override STRICT := $(value STRICT)
+override DATA := $(value DATA)
+override MAPS := $(value MAPS)
+override LAUNCH := $(value LAUNCH)
+override THREADS := $(if $(filter file,$(origin THREADS)),$(THREADS),$(value THREADS))
+override LOG_LEVEL := $(value LOG_LEVEL)
+override V := $(value V)
+override CASES := $(if $(filter file,$(origin CASES)),$(CASES),$(value CASES))
+override FIGURES := $(value FIGURES)
+override BUILD := $(value BUILD)
+override SITES := $(value SITES)
+override PYTHON := $(value PYTHON)
+override SANITIZED := $(value SANITIZED)
+export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN OBJECTS STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
 # A make that a recipe starts takes them from the environment, and not as text to expand again.
 MAKEOVERRIDES :=
 

@@ -8,10 +8,9 @@ import time
 import remove_leftovers
 from nightmap_make import clock, slots
 from nightmap_make.changed_files import write, write_if_changed
-from nightmap_make.child import Child
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
-from nightmap_make.request import make_flags, reason_to_build
+from nightmap_make.request import Child, make_flags, reason_to_build
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteLock, SiteState
 from nightmap_site.script_errors import os_error_text, printable

@@ -8,7 +8,7 @@ import sys
 import unittest
 
 import fake_site  # noqa: F401  (finds the scripts)
-from nightmap_make.child import PASSED_ON, Child
+from nightmap_make.request import PASSED_ON, Child
 
 SIGTERM_CODE = -signal.SIGTERM & 0xff
 # Runs programs until a signal comes; prints the codes.

@@ -51,9 +51,8 @@ function objectsFromText(text) {
     }
   });
   checkHead(head, items);
-  const objects = items.map(objectOf);
-  checkNames(objects, items);
-  return objects;
+  const names = new Set();
+  return items.map((item) => objectOf(item, names));
 }
 
 // The text of a value without quotes and comment.
@@ -107,12 +106,15 @@ function checkHead(head, items) {
   }
 }
 
-function objectOf({ where, table }) {
+// names: those of the objects before, to which it adds its own.
+function objectOf({ where, table }, names) {
   const object = { name: table.name };
   const called = table.name ? `object "${table.name}"` : "the object";
-  for (const key of OBJECT_KEYS) {
-    if (table[key] === undefined && key !== "distinctiveness") throw new Error(`${where}: ${called} has no key "${key}"`);
-  }
+  const missing = OBJECT_KEYS.find((key) => table[key] === undefined && key !== "distinctiveness");
+  if (missing) throw new Error(`${where}: ${called} has no key "${missing}"`);
+  if (!object.name) throw new Error(`${where}: the object's name is empty`);
+  if (names.has(object.name)) throw new Error(`${where}: a second ${called}; each name stands once`);
+  names.add(object.name);
   for (const key of OBJECT_KEYS.slice(1)) {
     if (table[key] === undefined) continue;
     const value = Number(table[key]);
@@ -129,14 +131,4 @@ function objectOf({ where, table }) {
     }
   }
   return object;
-}
-
-function checkNames(objects, items) {
-  objects.forEach(({ name }, index) => {
-    const { where } = items[index];
-    if (!name) throw new Error(`${where}: the object's name is empty`);
-    if (objects.findIndex((other) => other.name === name) < index) {
-      throw new Error(`${where}: a second object "${name}"; each name stands once`);
-    }
-  });
 }
