@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""child.py: a signal to make ends the program that it runs, whenever it comes, and no other is started."""
+"""request.Child: a signal to make ends the program that it runs, whenever it comes, and no other is started."""
 
 import os
 import signal
@@ -12,7 +12,7 @@ from nightmap_make.request import PASSED_ON, Child
 
 SIGTERM_CODE = -signal.SIGTERM & 0xff
 # Runs programs until a signal comes; prints the codes.
-LOOP = "from nightmap_make.child import Child\nimport os\nchild = Child()\nchild.pass_signals_on()\nprint('begun', flush=True)\ncode = 0\n" \
+LOOP = "from nightmap_make.request import Child\nimport os\nchild = Child()\nchild.pass_signals_on()\nprint('begun', flush=True)\ncode = 0\n" \
        "while code == 0:\n    code = child.run(['true'], os.environ)\nprint(code)\n"
 
 
