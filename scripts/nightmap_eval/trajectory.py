@@ -7,6 +7,7 @@ Poses are target_from_camera: positions in metres, unit quaternions (qx, qy, qz,
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from nightmap_site.checked_reading import REMEDY, read_text
 from nightmap_site.script_errors import DataError
@@ -63,19 +64,9 @@ def rotation_matrices(quaternions):
 
 
 def quaternion(rotation):
-    """Unit quaternion (qx, qy, qz, qw), qw >= 0, of a rotation matrix.
-
-    The eigenvector of the largest eigenvalue (Bar-Itzhack, JGCD 2000): no special cases.
-    """
-    r = np.asarray(rotation, dtype=float)
-    k = np.array([
-        [r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
-        [r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
-        [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], np.trace(r)],
-    ])
-    best = np.linalg.eigh(k)[1][:, -1]
-    return best if best[3] >= 0 else -best
+    """Unit quaternion (qx, qy, qz, qw), qw >= 0, of a rotation matrix."""
+    found = Rotation.from_matrix(rotation).as_quat()
+    return found if found[3] >= 0 else -found
 
 
 def angles_deg(rotations):

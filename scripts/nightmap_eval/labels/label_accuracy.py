@@ -98,20 +98,20 @@ def class_distances_m(points_m, building, reach_m):
     """Distance (classes, n) of each point of the building's frame to the nearest surface of each class; infinity beyond reach_m."""
     result = np.full((len(building.names), len(points_m)), np.inf, np.float32)
     index = PointIndex(points_m)
-    for label, box in building.boxes:
-        half_m = np.append(np.abs(box.corners_m() - box.centre_m[:2]).max(axis=0), box.half_size_m[2])
-        _take_nearer(result[label], index.within(box.centre_m - half_m - reach_m, box.centre_m + half_m + reach_m),
-                     lambda near, box=box: box_distances_m(points_m[near], box), reach_m)  # fmt: skip
-    for label, rectangle in building.rectangles:
-        corners_m = rectangle.origin_m + np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) @ rectangle.edges_m
-        _take_nearer(result[label], index.within(corners_m.min(axis=0) - reach_m, corners_m.max(axis=0) + reach_m),
-                     lambda near, rectangle=rectangle: rectangle_distances_m(points_m[near], rectangle), reach_m)  # fmt: skip
+    edges = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    parts = [(label, box.centre_m + _box_ends_m(box), box_distances_m, box) for label, box in building.boxes]
+    parts += [(label, rectangle.origin_m + edges @ rectangle.edges_m, rectangle_distances_m, rectangle) for label, rectangle in building.rectangles]
+    for label, corners_m, distances_of, part in parts:
+        near = index.within(corners_m.min(axis=0) - reach_m, corners_m.max(axis=0) + reach_m)
+        found_m = distances_of(points_m[near], part)
+        result[label, near] = np.minimum(result[label, near], np.where(found_m <= reach_m, found_m, np.inf))
     return result
 
 
-def _take_nearer(nearest_m, near, distances_of, reach_m):
-    found_m = distances_of(near)
-    nearest_m[near] = np.where(found_m <= reach_m, np.minimum(nearest_m[near], found_m), nearest_m[near])
+def _box_ends_m(box):
+    """The least and the largest corner of the upright range that holds a box, from its centre."""
+    half_m = np.append(np.abs(box.corners_m() - box.centre_m[:2]).max(axis=0), box.half_size_m[2])
+    return np.stack([-half_m, half_m])
 
 
 def box_distances_m(points_m, box):

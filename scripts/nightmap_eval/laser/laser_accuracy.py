@@ -9,6 +9,7 @@ relations: their errors. Where the exact building is known: the grid against its
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from nightmap_eval.artifacts import read_hdf5
 from nightmap_eval.grid import read_grid
@@ -141,11 +142,7 @@ class Relations:
 
 def euler_rotations(roll_rad, pitch_rad, yaw_rad):
     """Rz(yaw) Ry(pitch) Rx(roll) (n, 3, 3)."""
-    (a, b, c), (s, t, u) = (f(np.array([yaw_rad, pitch_rad, roll_rad], dtype=float)) for f in (np.cos, np.sin))
-    rows = [[a * b, a * t * u - s * c, a * t * c + s * u],
-            [s * b, s * t * u + a * c, s * t * c - a * u],
-            [-t, b * u, b * c]]  # fmt: skip
-    return np.moveaxis(np.array(rows), 2, 0)
+    return Rotation.from_euler("ZYX", np.column_stack([yaw_rad, pitch_rad, roll_rad])).as_matrix()
 
 
 def read_relations(path):
