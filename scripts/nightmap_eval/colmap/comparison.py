@@ -32,7 +32,6 @@ PHASE_OF_COMMAND = {
     "feature_extractor": "features", "vocab_tree_retriever": "search", "matches_importer": "search",
     "image_registrator": "registration", "bundle_adjuster": "adjustment", "mapper": "registration",
 }  # fmt: skip
-POSES = "map_frame"  # the job that makes the poses
 
 
 @dataclass
@@ -63,9 +62,8 @@ class Located:
 def _merge(trajectories):
     poses = {}
     for trajectory in trajectories:
-        rows = zip(trajectory.times_ns.tolist(), trajectory.positions_m, trajectory.quaternions)
-        for time_ns, position, rotation in rows:
-            poses.setdefault(time_ns, (time_ns, position, rotation))
+        for pose in zip(trajectory.times_ns.tolist(), trajectory.positions_m, trajectory.quaternions):
+            poses.setdefault(pose[0], pose)
     return make_trajectory(list(poses.values()), "merged models")
 
 
@@ -179,9 +177,7 @@ def _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s):
         "map_parts_s": map_parts,
         "query_time_s": query_s,
         "query_parts_s": query_parts,
-        "query_phases_s": {
-            phase: value if isinstance(value, str) else value / num_queries for phase, value in phases_s.items()
-        },
+        "query_phases_s": {phase: value if isinstance(value, str) else value / num_queries for phase, value in phases_s.items()},
         "time_per_query_s": query_s / num_queries,
         "cpu_time_per_query_s": None if query_cpu_s is None else query_cpu_s / num_queries,
     }
@@ -242,7 +238,7 @@ def colmap_costs(site, run, num_queries):
     root = site.evaluate_colmap
     map_parts = _command_times_s(root, ("features", "matches", run.map_step))
     if run.map_step == "triangulate":
-        map_parts = _stage_times_s(site, folders_up_to(POSES)) | map_parts
+        map_parts = _stage_times_s(site, folders_up_to("map_frame")) | map_parts
     steps = (run.queries_step, run.register_step)
     cpu_s = [part.get("cpu_time_s") for _, part in _commands(root, steps)]
     query_parts, query_cpu_s = _command_times_s(root, steps), sum(cpu_s) if cpu_s and None not in cpu_s else None

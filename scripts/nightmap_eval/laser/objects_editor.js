@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The editor of objects: draws, moves, turns, resizes, names and deletes rectangles on the map. Uses objects_file.js,
-// objects_list.js and objects_map.js, which report_laser.py puts before it.
+// The editor of objects: draws, moves, turns, resizes, names and deletes rectangles on the map. Uses objects_file.js
+// and objects_map.js, which report_laser.py puts before it.
 
 const CLICK_PX = 4;  // a mouse that moves less does not draw
 const MIN_SIZE_M = 0.01, NEW_SIZE_M = 1, TURN_STEP_DEG = 15, ZOOM_PER_PX = 1.0015, MAX_FILE_BYTES = 4e6;

@@ -35,7 +35,7 @@ RELATION_ROWS = (
     ("rotation_squared", "deg2", "Squared rotation (deg2)"),
 )
 DEFAULT_MAX_SIZE_M = 4.0  # of max_object_size_m
-PARTS = ("objects_file.js", "objects_list.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
+PARTS = ("objects_file.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
 START = 'new ObjectsEditor(document.getElementById("objects"), JSON.parse(document.getElementById("objects-data").textContent));'
 GRAYS = {UNKNOWN: 200, FREE: 255, OCCUPIED: 32}
 
