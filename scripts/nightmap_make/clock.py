@@ -9,7 +9,8 @@ import os
 import time
 import tomllib
 
-from nightmap_make.slots import DAMAGED, LazyHashes, read_receipt, slot_path
+from nightmap_make.run_receipts import DAMAGED, read_receipt
+from nightmap_make.slots import LazyHashes, slot_path
 
 STEP_NS = 1_000
 # The times of files lag behind the clock by a tick of the kernel.

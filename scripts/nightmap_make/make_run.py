@@ -8,11 +8,14 @@ import time
 import remove_leftovers
 from nightmap_make import clock, slots
 from nightmap_make.changed_files import write, write_if_changed
+from nightmap_make.child import Child
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
-from nightmap_make.request import Child, make_flags, reason_to_build
+from nightmap_make.lock import SiteLock
+from nightmap_make.programs import reason_to_build
+from nightmap_make.request import make_flags
 from nightmap_make.rules_file import RulesFile, Times
-from nightmap_make.site_state import SiteLock, SiteState
+from nightmap_make.site_state import SiteState
 from nightmap_site.script_errors import os_error_text, printable
 from nightmap_site.toml_file import PipelineError
 
@@ -191,16 +194,16 @@ class MakeRun:
         modules are large, and a make with nothing to do needs none.)"""
         outcome = last_run(self.folder)
         if code != 0:
-            from nightmap_make import why
-            why.tell_of_failure(self, code, outcome)
+            from nightmap_make import after_failure
+            after_failure.tell_of_failure(self, code, outcome)
             return code
         if outcome.codes:
             from nightmap_make import summary
             lines = [*summary.verdict_lines(self.folder, outcome), *summary.table(self.graph, self.folder, outcome)]
             print(printable("\n".join(lines)))
         if self.had_failure and "report" not in self.goals:
-            from nightmap_make import why
-            why.write_page(self, 0)
+            from nightmap_make import after_failure
+            after_failure.write_page(self, 0)
         for goal in self.goals:
             self._say(goal)
         return self._judge()
@@ -227,11 +230,11 @@ class MakeRun:
 
     def _status(self):
         """Prints how the last run ended, and writes the report of the existing results."""
-        from nightmap_make import why
+        from nightmap_make import after_failure
         self._write_rules()
         outcome = last_run(self.folder)
-        print(printable("\n".join(why.status_lines(outcome))))
-        if not why.write_page(self, outcome.code):
+        print(printable("\n".join(after_failure.status_lines(outcome))))
+        if not after_failure.write_page(self, outcome.code):
             return 2
         self._say("report")
         return 0

@@ -2,18 +2,16 @@
 """The request to make: its goals and variables, the configs that follow from them, and their check before anything is
 written."""
 
-import glob
 import json
 import os
-import signal
 
 from nightmap_make import preflight
 from nightmap_make.changed_files import write_if_changed
 from nightmap_make.config_values import canonical, plain_errors
 from nightmap_make.imports import check_import_keys, check_imports
 from nightmap_make.input_files import num_recorded_frames
+from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
-from nightmap_make.rules_file import Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
@@ -22,9 +20,6 @@ from nightmap_site.toml_file import PipelineError, read_toml
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
 PREVIEW = "nq"  # flags of make that change nothing
-SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/links.cmake", "stages/*/links.cmake", "pipeline/*/*.h", "pipeline/*/*.cc",
-           "stages/*/*/*.h", "stages/*/*/*.cc")  # fmt: skip
-PASSED_ON = (signal.SIGTERM, signal.SIGHUP)
 
 
 def make_flags(makeflags):
@@ -176,55 +171,3 @@ class Asked:
                     else num_recorded_frames(self.tables, self.env["DATA"]))
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded
-
-
-def reason_to_build(build, programs):
-    """None when the programs are up to date."""
-    made = Times().of(f"{build}/programs.mk")
-    missing = [program for program in programs if not os.path.exists(f"{build}/run/{program}")]
-    if made is None or len(missing) == len(programs):
-        return "they are not built yet"
-    if missing:
-        return f"{missing[0]} is not built yet"
-    newer = [path for pattern in SOURCES for path in glob.glob(pattern) if os.stat(path).st_mtime_ns > made]
-    return f"{newer[0]} is newer than they are" if newer else None
-
-
-def build_programs(env, programs):
-    """The rule of <build>/programs.mk (scripts/development.mk) builds them, and all that were built before; so a program that is older than
-    its sources is never run. Returns whether it succeeded; what failed has been printed."""
-    command = ["make", "--no-print-directory", f"{env['BUILD']}/programs.mk"]
-    return Child().run(command, env | {"NIGHTMAP_PROGRAMS": " ".join(programs)}) == 0
-
-
-class Child:
-    """The program that runs at present; a signal to this one ends it, and no other is started."""
-
-    def __init__(self):
-        self._pid = self._ended_by = None
-
-    def pass_signals_on(self):
-        for number in PASSED_ON:
-            signal.signal(number, self._pass_on)
-
-    def run(self, command, environment, **more):
-        """Returns the exit code of a command, or its signal's number below 256. more: of os.posix_spawnp."""
-        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, PASSED_ON)  # none comes between the look at it and the start
-        try:
-            if self._ended_by:
-                return -self._ended_by & 0xff
-            pid = self._pid = os.posix_spawnp(command[0], command, environment, setsigmask=blocked, **more)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        while True:
-            try:
-                os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # its number stays its own until waitpid
-                self._pid = None
-                return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) & 0xff
-            except KeyboardInterrupt:  # the program got the signal too, and ends what it started
-                continue
-
-    def _pass_on(self, number, _):
-        self._ended_by = number
-        if self._pid:
-            os.kill(self._pid, number)

@@ -14,7 +14,7 @@ from nightmap_make.changed_files import settle
 from nightmap_make.config_values import canonical, effective_configs, makes_recordings
 from nightmap_make.input_files import input_files
 from nightmap_make.site_configs import check_site, settle_site, site_parts
-from nightmap_make.slots import made_with, receipts_in
+from nightmap_make.run_receipts import made_with, receipts_in
 from nightmap_site.toml_file import PipelineError
 
 

@@ -2,15 +2,12 @@
 """The state of a site on disk: the places of its files, and the shards, tiles, floors and other units that its lists name."""
 
 import collections
-import contextlib
-import fcntl
 import os
-import sys
-import time
 
 from nightmap_site import unit_lists
 from nightmap_site.script_errors import DataError
 from nightmap_site.toml_file import read_toml
+
 
 # Readers of lists, by what these list. The rules of a site follow from them and from whether there are queries.
 READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles,
@@ -71,25 +68,3 @@ class SiteState:
         """Whether the site's config or QUERY asks for some, whatever the list of queries says: one that is damaged says nothing."""
         asked = f"{self.config}/asked/{self.name}.toml"
         return bool(self.tables.get("query") or self.tables.get("hold_out_every") or os.path.exists(asked) and read_toml(asked).get("query"))
-
-
-class SiteLock:
-    """A lock held until the process ends. Waits for the process that holds it, and names that process."""
-
-    def __init__(self, site_dir):
-        os.makedirs(site_dir, exist_ok=True)
-        self.path = f"{site_dir}/.lock"
-        self._fd = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)  # child processes do not inherit it
-        try:
-            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = os.pread(self._fd, 200, 0).decode("utf-8", "replace").strip() or "(unknown)"
-            print(f"nightmap: {site_dir} is being made by process {holder}: this make waits for it to end", file=sys.stderr)
-            fcntl.flock(self._fd, fcntl.LOCK_EX)
-        os.ftruncate(self._fd, 0)
-        with contextlib.suppress(OSError):  # on a full disk it holds without a name
-            os.pwrite(self._fd, f"{os.getpid()} on {os.uname().nodename} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode(), 0)
-
-    def release(self):
-        os.ftruncate(self._fd, 0)
-        os.close(self._fd)

@@ -8,11 +8,11 @@ import sys
 import unittest
 
 import fake_site  # noqa: F401  (finds the scripts)
-from nightmap_make.request import PASSED_ON, Child
+from nightmap_make.child import PASSED_ON, Child
 
 SIGTERM_CODE = -signal.SIGTERM & 0xff
 # Runs programs until a signal comes; prints the codes.
-LOOP = "from nightmap_make.request import Child\nimport os\nchild = Child()\nchild.pass_signals_on()\nprint('begun', flush=True)\ncode = 0\n" \
+LOOP = "from nightmap_make.child import Child\nimport os\nchild = Child()\nchild.pass_signals_on()\nprint('begun', flush=True)\ncode = 0\n" \
        "while code == 0:\n    code = child.run(['true'], os.environ)\nprint(code)\n"
 
 
