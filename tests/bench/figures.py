@@ -13,22 +13,26 @@ import subprocess
 from pathlib import Path
 
 from checkout import CHECKOUT
-from nightmap_eval.figure_page import put_figure
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.figure_page import put_figure, read_cell
 from nightmap_site.script_errors import DataError, run_main
 
 OFFICE, OFFICE_QUERIES = "hololens_office", "hololens_office_queries"
 FR1, FR1_QUERIES = "tum_fr1_xyz_15hz", "tum_fr1_xyz_15hz_queries"
+DETECTORS = ("orb", "brisk", "fast_orb", "fast_brisk")  # beside sift, the default
+SEEDS = "seeds.py --maps {maps} --page {page}"
+PEOPLE = [f"tests/bench/people/{room}_standing_moving{means}" for room in ("xyz", "office")
+          for means in ("", "_labels", "_labels:published_people")]  # fmt: skip
 # The commands of each table, in order, with the folders of parse_arguments. `make` builds what it needs.
 FIGURES = {
-    "accuracy": (f"seeds.py {OFFICE} {OFFICE_QUERIES} {FR1} {FR1_QUERIES} --data {{data}} --maps {{maps}} --page {{page}}",),
-    "accuracy_made_up": ("seeds.py demo two_floors --data {data} --maps {maps} --page {page} --name accuracy_made_up",),
-    "mirror": ("seeds.py mirror --seeds 10 --data '{data}/{{seed}}' --maps {maps} --page {page} --name mirror",),
-    "laser": ("seeds.py intel freiburg_079 --seeds 1 --data {data} --maps {maps} --page {page} --name laser",),
-    "laser_not_thinned": ("seeds.py intel freiburg_079 --seeds 1 --data {data} --maps {maps}/not_thinned --page {page} "
-                          "--name laser_not_thinned --set laser_grid.thin_walls=false",),
-    "laser_no_wheels": ("seeds.py freiburg_079_no_wheels --site-configs tests/bench/laser --seeds 1 --data {data} --maps {maps} "
-                        "--page {page} --name laser_no_wheels",),
-    "laser_made_up": ("seeds.py demo_laser --data '{data}/{{seed}}' --maps {maps} --page {page} --name laser_made_up",),
+    "accuracy": (f"{SEEDS} {OFFICE} {OFFICE_QUERIES} {OFFICE_QUERIES}:published_rgbd {FR1} {FR1_QUERIES} demo two_floors "
+                 "--data {data}",),
+    "detectors": (f"{SEEDS} {' '.join(f'{OFFICE_QUERIES}+features.detector={name}' for name in DETECTORS)} --name detectors "
+                  "--data {data}",),
+    "mirror": (f"{SEEDS} mirror --data '{{data}}/{{{{seed}}}}' --name mirror",),
+    "laser": (f"{SEEDS} intel freiburg_079 tests/bench/laser/freiburg_079_no_wheels freiburg_079:published_laser "
+              "intel+laser_grid.thin_walls=false freiburg_079+laser_grid.thin_walls=false --seeds 1 --data {data} --name laser",),
+    "laser_made_up": (f"{SEEDS} demo_laser --data '{{data}}/{{{{seed}}}}' --name laser_made_up",),
     "laser_truth": ("make evaluate SITE=intel DATA={data} MAPS={maps}", "make evaluate SITE=freiburg_079 DATA={data} MAPS={maps}",
                     "truth_noise.py {maps}/intel {maps}/freiburg_079 > laser_truth"),
     "laser_and_camera": ("make evaluate SITE=demo_laser DATA={data} MAPS={maps}",
@@ -38,18 +42,10 @@ FIGURES = {
     "bench_laser": ("make map SITE=freiburg_079 DATA={data} MAPS={maps}",
                     "bench_laser.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
     "relocalization": ("make evaluate SITE=freiburg_079 DATA={data} MAPS={maps}",
-                       "make evaluate SITE=intel DATA={data} MAPS={maps}",
-                       "bench_relocalization.py {maps}/freiburg_079 {maps}/intel --build {build} --threads {threads} "
-                       "--page {page}"),
-    "published_rgbd": (f"seeds.py {OFFICE_QUERIES} {OFFICE_QUERIES}:published_rgbd --name published_rgbd --data {{data}} "
-                       "--maps {maps} --page {page}",),
-    "published_laser": ("seeds.py freiburg_079 freiburg_079:published_laser --seeds 1 --name published_laser --data {data} "
-                        "--maps {maps} --page {page}",),
+                       "bench_relocalization.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
     "place_search": ("make build", "bench_place_search.py --build {build} --threads {threads} --page {page}"),
-    "detectors": (f"detectors.py {OFFICE_QUERIES} {FR1} --data {{data}} --maps {{maps}} --page {{page}}",),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                  f"ablation.py {OFFICE_QUERIES} --seeds 3 --data {{data}} --maps {{maps}} --build {{build}} --page {{page}}"),
-    "cloud_consistency": (f"cloud_consistency.py {FR1} {OFFICE} demo --data {{data}} --maps {{maps}} --page {{page}}",),
     "bench": (f"bench.py {FR1} {OFFICE} --data {{data}} --build {{build}} --threads {{threads}} --page {{page}}",),
     "bench_shards": ("bench_shards.py --page {page}",),
     "bench_localize": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
@@ -74,29 +70,48 @@ LONG = {
     f"colmap_{OFFICE_QUERIES}": (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
         f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
         f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}"),
-    "things": ("seeds.py things things_true --name things --site-configs tests/bench/labels --data '{data}/{{seed}}' --maps {maps} "
-               "--page {page}",),
-    "ceiling": ("seeds.py ceiling_corridor ceiling_office --name ceiling --seeds 10 --vary synthesize_ceiling.noise_seed "
-                "--data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
-    **{f"ceiling_depth_{depth}": (f"seeds.py ceiling_office --name ceiling_depth_{depth} --vary synthesize_ceiling.noise_seed --data "
-        f"'{{data}}/ceiling_{{{{seed}}}}' --maps {{maps}} --page {{page}} --set ceiling_ekf.initial_depth={depth}",)
-       for depth in ("parallax", "published")},
-    "published_ceiling": ("seeds.py ceiling_office ceiling_office:published_ceiling --name published_ceiling --vary "
-        "synthesize_ceiling.noise_seed --data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
+    "things": (f"{SEEDS} tests/bench/labels/things tests/bench/labels/things_true --name things --data '{{data}}/{{{{seed}}}}'",),
+    "ceiling": (f"{SEEDS} ceiling_corridor ceiling_office ceiling_office:published_ceiling --name ceiling "
+                "--vary synthesize_ceiling.noise_seed --data '{data}/ceiling_{{seed}}'",),
     "faults": ("rm -f {maps}/faults/rows.jsonl",
         f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
         "--rows {maps}/faults/rows.jsonl --threads {threads} --page {page}"),
-    # Recordings with people pasted into them, which are no part of any data set (docs/figures.md).
-    "people_xyz": ("seeds.py xyz_empty xyz_people xyz_people_true xyz_people_7 xyz_people_7_true --name people_xyz "
-        "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
-    "people_moving": ("seeds.py xyz_people_moving_labels xyz_standing_moving_labels office_standing_moving_labels "
-        "xyz_standing_moving_labels:published_people office_standing_moving_labels:published_people --seeds 1 --name people_moving "
-        "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
-    "people_demo": ("make map SITE=demo DATA={data} MAPS={maps}",
-        "seeds.py demo_empty --name people_demo --site-configs tests/bench/people --data {data} --maps {maps} --page {page}"),
-    "people_office": ("seeds.py office_empty office_people office_people_true office_people_7 office_people_7_true "
-        "--name people_office --site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
+    # Recordings with people pasted into them by tests/bench/people/paste_people.py.
+    "people": (f"{SEEDS} {' '.join(PEOPLE)} --name people --data {{data}}",),
 }  # fmt: skip
+
+LASER_CASE = "freiburg_079 | branch_and_bound: whole map"
+COLMAP = f"colmap_{OFFICE_QUERIES}"
+# Figures that the page begins with: words, section, and the cell of its table.
+HEADLINES = (
+    ("Way of a camera in the hand before a desk: error, RMSE (cm)", "Camera", "accuracy", "ATE RMSE, SE(3) (cm)", FR1),
+    ("Way of a camera on a head through an office: error, RMSE (cm)", "Camera", "accuracy", "ATE RMSE, SE(3) (cm)", OFFICE),
+    ("Way through the made-up building of the demo: error, RMSE (cm)", "Camera", "accuracy", "ATE RMSE, SE(3) (cm)", "demo"),
+    ("Cells of its grid that are right (%)", "Camera", "accuracy", "seen cells right (%)", "demo"),
+    ("False loops in buildings with rooms furnished alike", "Camera", "mirror", "false loops accepted, worst seed", "mirror"),
+    ("Pictures of the office located within 5 cm and 5 degrees (%)", "Camera", "accuracy", "global 5 cm, 5 deg (%)", OFFICE_QUERIES),
+    ("Their error, median (cm)", "Camera", "accuracy", "global median (cm)", OFFICE_QUERIES),
+    ("Likewise by COLMAP, with nightmap's trajectory (cm)", "COLMAP", COLMAP, "global median (cm)", "colmap_triangulate"),
+    ("Time of the office's map (s)", "COLMAP", COLMAP, "map (s)", "nightmap"),
+    ("Likewise by COLMAP (s)", "COLMAP", COLMAP, "map (s)", "colmap_triangulate"),
+    ("Octree, one thread: times faster than OctoMap", "Octree", "bench_octree",
+     f"{OFFICE} (31 x 120,403 points) | 4 | batched, 1 thread", "times OctoMap"),
+    ("Drives that arrive without touching anything, of noisy wheels", "Planning and driving", "bench_drive",
+     "wheel_noise = 0.05 position_noise_m = 0.01 heading_noise_rad = 0.0175", "right"),
+    ("Motion over 1 m by a laser in an office building: error, mean (cm)", "Laser", "laser", "motion over 1 m, mean (cm)", "intel"),
+    ("Way of a laser through the made-up building: error, RMSE (cm)", "Laser", "laser_made_up", "ATE RMSE, SE(3) (cm)", "demo_laser"),
+    ("Scans located within 10 cm and 1 degree in a whole building (%)", "Laser", "relocalization", LASER_CASE,
+     "within 10 cm, 1 deg (%)"),
+    ("Way under a made-up office's ceiling: error, RMSE (cm)", "Ceiling", "ceiling", "position RMSE (cm)", "ceiling_office"),
+    ("Faults of 15 that a report names, in an office", "Verdict", "faults", "named", f"`{OFFICE}`: verdict; ATE; advice"),
+)  # fmt: skip
+
+
+def put_headlines(page):
+    """The first table of the page, from its others."""
+    rows = [f"| [{words}](#{section.lower().replace(' ', '-')}) | {read_cell(page, table, row, column)} |"
+            for words, section, table, row, column in HEADLINES]  # fmt: skip
+    put_between(page, "<!-- headlines:begin -->", "<!-- headlines:end -->", "\n".join(["| | |", "|---|---:|", *rows, ""]))
 
 
 def parse_arguments():
@@ -146,6 +161,7 @@ def main():
         except DataError as error:
             print(error, flush=True)
             failures.append(name)
+    put_headlines(folders["page"])
     if failures:
         raise DataError(f"not measured: {', '.join(failures)}")
 

@@ -2,43 +2,44 @@
 # SPDX-License-Identifier: Apache-2.0
 """seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
 
-For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
-keeps the results that are up to date. SITE:PROFILE is the site with another profile than its own, in
-MAPS=<maps>/<profile>/seed_<n>. Figures where one bad seed matters show the worst seed.
-With --page it puts the table between the markers `<!-- NAME:begin -->` and
-`<!-- NAME:end -->` of that page. A seed does not change a recording. To render another synthetic
-building per seed, give each its own folder, as in --data 'data/{seed}'. Another option of a made-up recording than
-synthesize.seed takes the number of the seed, counted from 1, with --vary.
-Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
+Each COLUMN is SITE[:PROFILE][+KEY=VALUE]...: a site of configs/sites, or a path as tests/bench/laser/NAME, with another
+profile than its own and values over it, as make's SET takes them. For each column and seed it runs `make evaluate` with
+MAPS=<maps>/<profile and values>/seed_<n>; Make keeps the results that are up to date. Figures where one bad seed matters
+show the worst seed. A seed does not change a recording. To render another made-up building per seed, give each its own
+folder, as in --data 'data/{seed}'. Another option of a made-up recording than synthesize.seed takes the number of the seed,
+counted from 1, with --vary. A run that fails counts as one without any figure: not to map a site is a result.
+With --page it puts the table between the markers `<!-- NAME:begin -->` and `<!-- NAME:end -->` of that page.
+Exit codes: 0 done; 1 all runs of a column failed or a result is damaged; 2 wrong command line.
 """
 
 import argparse
 import math
 import statistics
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 from checkout import CHECKOUT
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.metrics_json import UNKNOWN_OR_NUMBER
-from nightmap_eval.query_errors import RECALL_THRESHOLDS
 from nightmap_site.checked_reading import check, read_json
 from nightmap_site.script_errors import DataError, run_main
 
+THRESHOLDS = ((2, 2), (5, 5))  # cm and degrees; those of metrics.json are more
 
 
-def _query_columns(protocol):
+def _query_rows(protocol):
     """Rows of the errors after one alignment of the whole map, or of the frames around each query."""
     rows = [(f"{protocol} median (cm)", f"queries.{protocol}.median_translation_error_cm", 1, "{:.1f}"),
             (f"{protocol} median (deg)", f"queries.{protocol}.median_rotation_error_deg", 1, "{:.2f}"),
             (f"{protocol} 90 % (cm)", f"queries.{protocol}.p90_translation_error_cm", 1, "{:.1f}")]  # fmt: skip
-    for max_cm, max_deg in RECALL_THRESHOLDS:
+    for max_cm, max_deg in THRESHOLDS:
         recall = f"queries.{protocol}.recall_{max_cm}cm_{max_deg}deg_percent"
         rows.append((f"{protocol} {max_cm} cm, {max_deg} deg (%)", recall, 1, "{:.0f}"))
     return rows
 
 
-def _laser_columns():
+def _laser_rows():
     """Rows of a map of laser scans."""
     trajectory = "sections.grid.trajectory"
     rows = [("scans with a pose", "sections.grid.num_scans_with_pose", 1, "{:.0f}"), ("of", "sections.grid.num_scans", 1, "{:.0f}"),
@@ -66,7 +67,7 @@ def _laser_columns():
             ("occupied cells right (%)", "sections.grid.map.grid.occupied_right_percent", 1, "{:.1f}")]  # fmt: skip
 
 
-def _ceiling_columns():
+def _ceiling_rows():
     """Rows of a robot with an upward camera; the pose at the start is that of the truth."""
     odometry = "sections.odometry"
     ours, wheels = f"{odometry}.trajectory.start", f"{odometry}.wheels"
@@ -94,7 +95,7 @@ def _ceiling_columns():
 
 
 # Title, place in metrics.json, factor, format; the statistic over seeds is the median unless named.
-COLUMNS = (
+ROWS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
     ("of", "coverage.num_frames", 1, "{:.0f}"),
     ("path (m)", "trajectory.truth_path_length_m", 1, "{:.1f}"),
@@ -113,7 +114,7 @@ COLUMNS = (
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
     ("queries located", "queries.num_by_verdict.located", 1, "{:.0f}"),
     ("queries in a wrong place, worst seed", "queries.num_wrong", 1, "{:.0f}", max),
-    *(row for name in ("global", "local") for row in _query_columns(name)),
+    *(row for name in ("global", "local") for row in _query_rows(name)),
     ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
     ("90 % (cm)", "map.cloud.surface_distance_p90_m", 100, "{:.2f}"),
     ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),
@@ -126,19 +127,42 @@ COLUMNS = (
     ("things found (%)", "sections.things.found_percent", 1, "{:.1f}"),
     ("false things (%)", "sections.things.false_percent", 1, "{:.1f}"),
     ("overlap of things, median", "sections.things.iou_median", 1, "{:.2f}"),
-    *_laser_columns(),
-    *_ceiling_columns(),
+    *_laser_rows(),
+    *_ceiling_rows(),
 )
+
+
+@dataclass(frozen=True)
+class Column:
+    """A site with a profile and values over it; `text` is its title."""
+
+    text: str
+    site: str  # path of its config without ".toml"
+    profile: str
+    settings: tuple
+
+    @classmethod
+    def of(cls, text):
+        """The column that SITE[:PROFILE][+KEY=VALUE]... names."""
+        site, *settings = text.split("+")
+        site, _, profile = site.partition(":")
+        return cls(text.rpartition("/")[2], site if "/" in site else f"configs/sites/{site}", profile, tuple(settings))
+
+    @property
+    def name(self):
+        return Path(self.site).name
+
+    def maps(self, maps, seed):
+        """The folder of a seed; values have one of their own, since Make compares a site with its last config."""
+        return Path(maps) / "+".join([self.profile, *self.settings]).strip("+").replace("/", "_") / f"seed_{seed}"
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", metavar="SITE[:PROFILE]", help="names of <site>.toml")
-    parser.add_argument("--site-configs", type=Path, default=CHECKOUT / "configs/sites", help="folder of the sites' configs")
+    parser.add_argument("columns", nargs="+", type=Column.of, metavar="SITE[:PROFILE][+KEY=VALUE]", help="columns of the table")
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
-    parser.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="values over the profile, as make's SET takes them")
     parser.add_argument("--vary", metavar="KEY", help="option of the recording that takes the number of the seed, from 1")
     parser.add_argument("--name", default="accuracy", help="name of the table in that page")
     parser.add_argument("--page", type=Path, help="page that receives the table")
@@ -149,33 +173,40 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites", vary=None, profile=""):
-    """`settings`: values over the profile, as make's SET takes them; profile: another one than the site's own."""
-    command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
-               f"SITES={site_configs.resolve()}", f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
+def run_make(column, seed, maps, data, vary=None):
+    """Evaluates one seed; raises DataError when make fails."""
+    command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={column.name}", f"SEED={seed}",
+               f"SITES={(CHECKOUT / column.site).parent}", f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
+    settings = list(column.settings)
     if "{seed}" in data:
-        settings = [*settings, f"{vary}={seed + 1}" if vary else f"synthesize.seed={seed}"]
+        settings.append(f"{vary}={seed + 1}" if vary else f"synthesize.seed={seed}")
     if settings:
         command.append("SET=" + " ".join(settings))
-    if profile:
-        command.append(f"PROFILE={profile}")
+    if column.profile:
+        command.append(f"PROFILE={column.profile}")
     if subprocess.run(command, check=False).returncode != 0:
         raise DataError(f"{' '.join(command)} failed, see above")
 
 
-def collect(arguments, site):
-    """metrics.json of every seed of a site, or of SITE:PROFILE."""
-    metrics = []
-    site, _, profile = site.partition(":")
+def collect(arguments, column):
+    """metrics.json of every seed of a column; empty for a run that failed. Raises DataError when all failed."""
+    metrics, failures = [], []
     for seed in range(arguments.seeds):
-        maps = arguments.maps / profile / f"seed_{seed}"
-        if not arguments.no_run:
-            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs, vary=arguments.vary,
-                     profile=profile)  # fmt: skip
-        path = maps / site / "evaluate" / "metrics.json"
+        maps = column.maps(arguments.maps, seed)
+        try:
+            if not arguments.no_run:
+                run_make(column, seed, maps, arguments.data, arguments.vary)
+        except DataError as error:
+            print(error, flush=True)
+            failures.append(error)
+            metrics.append({})
+            continue
+        path = maps / column.name / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
-        for _, dotted, *_ in COLUMNS:
+        for _, dotted, *_ in ROWS:
             check(look_up(metrics[-1], dotted), UNKNOWN_OR_NUMBER, f"{path}: {dotted}")
+    if len(failures) == arguments.seeds:
+        raise failures[0]
     return metrics
 
 
@@ -198,12 +229,11 @@ def cell(all_metrics, dotted, factor, text_format, choose=statistics.median):
     return text if num_known == len(values) else f"{text} ({num_known} of {len(values)} seeds)"
 
 
-def make_table(metrics_of_site):
-    """One column per site; rows without any value are left out."""
-    sites = list(metrics_of_site)
-    lines = ["| | " + " | ".join(sites) + " |", "|---|" + "---:|" * len(sites)]
-    for title, *column in COLUMNS:
-        cells = [cell(metrics_of_site[site], *column) for site in sites]
+def make_table(metrics_of_column):
+    """One column per title; rows without any value are left out."""
+    lines = ["| | " + " | ".join(metrics_of_column) + " |", "|---|" + "---:|" * len(metrics_of_column)]
+    for title, *row in ROWS:
+        cells = [cell(metrics, *row) for metrics in metrics_of_column.values()]
         if any(text != "n/a" for text in cells):
             lines.append(f"| {title} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -211,8 +241,8 @@ def make_table(metrics_of_site):
 
 def main():
     arguments = parse_arguments()
-    table = make_table({site: collect(arguments, site) for site in arguments.sites})
-    caption = f"Medians over {arguments.seeds} seeds.\n\n"
+    table = make_table({column.text: collect(arguments, column) for column in arguments.columns})
+    caption = f"Medians over {arguments.seeds} seeds.\n\n" if arguments.seeds > 1 else ""
     if arguments.page:
         put_figure(arguments.page, arguments.name, caption + table)
     print(table, end="")

@@ -34,6 +34,13 @@ class PageTest(FolderTest):
         with self.assertRaises(DataError):
             figure_page.put_figure(self.page, "accuracy", "new")
 
+    def test_a_cell_is_found_by_its_row_and_title(self):
+        page = self.write("page.md", "<!-- t:begin -->\n| | | b |\n|---|---|---|\n| x | y | 1 |\n| x | z | 2 |\n<!-- t:end -->\n| x | y | 3 |\n")
+        self.assertEqual(figure_page.read_cell(page, "t", "x | y", "b"), "1")
+        for asked in (("t", "x", "b"), ("t", "x | y", "c"), ("t", "y", "b"), ("u", "x | y", "b")):
+            with self.assertRaisesRegex(DataError, f"FIGURES={asked[0]}"):
+                figure_page.read_cell(page, *asked)
+
     def test_changed_sources_are_said(self):
         with mock.patch.object(figure_page, "_git", lambda *words: "abc" if words[0] == "rev-parse" else " M stages/x.cc"):
             self.assertEqual(figure_page.program_version(), "commit abc, changed since")
@@ -58,10 +65,16 @@ class CommandTest(FolderTest):
         for name in figures.FIGURES | figures.LONG:
             self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
 
+    def test_headlines_are_those_of_the_tables(self):
+        path = fake_site.CHECKOUT / "docs/figures.md"
+        page = self.write("figures.md", path.read_text(encoding="utf-8"))
+        figures.put_headlines(page)
+        self.assertEqual(page.read_text(), path.read_text(encoding="utf-8"))
+
     def test_a_failed_table_keeps_its_rows_and_the_others_are_made(self):
         page = self.write("figures.md", PAGE)
         tables = {"accuracy": ("false",), "other": ("true",)}
-        with mock.patch.dict(figures.FIGURES, tables, clear=True):
+        with mock.patch.dict(figures.FIGURES, tables, clear=True), mock.patch.object(figures, "put_headlines"):
             self.check_failed(fake_site.run("figures.py", "--data", self.folder, "--page", page), "not measured: accuracy")
             self.assertEqual(fake_site.run("figures.py", "other", "--data", self.folder, "--page", page).returncode, 0)
             self.assertEqual(fake_site.run("figures.py", "third", "--data", self.folder).returncode, 2)
@@ -69,6 +82,9 @@ class CommandTest(FolderTest):
 
     def test_what_a_program_prints_is_the_table(self):
         page = self.write("figures.md", PAGE)
-        with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
+        page.write_text("<!-- headlines:begin --><!-- headlines:end -->" + PAGE)
+        commands, headline = {"accuracy": ("printf '| | a |\\n|---|---|\\n| printed | 7 |' > accuracy",)}, ("w", "S", "accuracy", "printed", "a")
+        with mock.patch.dict(figures.FIGURES, commands, clear=True), mock.patch.object(figures, "HEADLINES", (headline,)):
             self.assertEqual(fake_site.run("figures.py", "--data", self.folder, "--page", page).returncode, 0)
-        self.assertIn("| printed |", page.read_text())
+        self.assertIn("| printed | 7 |", page.read_text())
+        self.assertIn("| [w](#s) | 7 |", page.read_text())

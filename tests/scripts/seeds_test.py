@@ -9,6 +9,7 @@ from unittest import mock
 import fake_site
 from folder_case import FolderTest
 import seeds
+from nightmap_site.script_errors import DataError
 
 
 def metrics(ate_m, recall=None):
@@ -31,10 +32,10 @@ class TableTest(unittest.TestCase):
         self.assertIn("| revisits closed, worst seed (%) | 93 |", table)
 
     def test_both_ways_to_measure_queries_are_shown(self):
-        errors = {way: {"median_translation_error_cm": cm, "recall_1cm_1deg_percent": 9 * cm}
+        errors = {way: {"median_translation_error_cm": cm, "recall_2cm_2deg_percent": 9 * cm}
                   for way, cm in (("global", 4), ("local", 2))}  # fmt: skip
         table = seeds.make_table({"a": [{"queries": errors}]})
-        for row in ("| global median (cm) | 4.0 |", "| local median (cm) | 2.0 |", "| local 1 cm, 1 deg (%) | 18 |"):
+        for row in ("| global median (cm) | 4.0 |", "| local median (cm) | 2.0 |", "| local 2 cm, 2 deg (%) | 18 |"):
             self.assertIn(row, table)
 
     def test_missing_values_are_told(self):
@@ -48,35 +49,45 @@ class TableTest(unittest.TestCase):
         self.assertNotIn("occupied", table)
 
 
-class RunTest(unittest.TestCase):
-    def test_a_folder_for_each_seed_means_a_building_for_each_seed(self):
+class RunTest(FolderTest):
+    def command(self, text, data="/data", **more):
+        """What make is asked to do for seed 3 of a column."""
         with mock.patch("seeds.subprocess.run") as run:
             run.return_value.returncode = 0
-            seeds.run_make("demo", 3, Path("/maps/seed_3"), "/data/{seed}")
-            seeds.run_make("office", 3, Path("/maps/seed_3"), "/data")
-        another, same = (call.args[0] for call in run.call_args_list)
+            seeds.run_make(seeds.Column.of(text), 3, Path("/maps"), data, **more)
+        return run.call_args.args[0]
+
+    def test_a_folder_for_each_seed_means_a_building_for_each_seed(self):
+        another, same = self.command("demo", "/data/{seed}"), self.command("office")
         self.assertIn("DATA=/data/3", another)
         self.assertIn("SET=synthesize.seed=3", another)
+        self.assertIn("SET=w.noise=4", self.command("demo", "/data/{seed}", vary="w.noise"))
         self.assertIn("DATA=/data", same)
-        self.assertFalse([word for word in same if word.startswith("SET=")])
+        self.assertFalse([word for word in same if word.startswith(("SET=", "PROFILE="))])
 
-    def test_a_profile_has_maps_of_its_own(self):
-        with mock.patch("seeds.subprocess.run") as run, mock.patch("seeds.read_json", return_value={}) as read:
-            run.return_value.returncode = 0
-            with mock.patch("sys.argv", ["seeds.py", "demo", "demo:as_published", "--seeds", "1", "--maps", "/maps"]):
-                arguments = seeds.parse_arguments()
-            for site in arguments.sites:
-                seeds.collect(arguments, site)
-        own, other = (call.args[0] for call in run.call_args_list)
-        self.assertEqual(set(other) - set(own), {"PROFILE=as_published", "MAPS=/maps/as_published/seed_0"})
-        self.assertFalse([word for word in own if word.startswith("PROFILE=")])
-        self.assertEqual(str(read.call_args.args[0]), "/maps/as_published/seed_0/demo/evaluate/metrics.json")
+    def test_a_column_names_site_profile_and_values(self):
+        words = self.command("tests/bench/laser/no_wheels:as_published+grid.a=1+grid.b=2", "/data/{seed}")
+        for word in ("SITE=no_wheels", f"SITES={seeds.CHECKOUT}/tests/bench/laser", "PROFILE=as_published",
+                     "SET=grid.a=1 grid.b=2 synthesize.seed=3"):  # fmt: skip
+            self.assertIn(word, words)
+        self.assertEqual(seeds.Column.of("tests/bench/laser/no_wheels:other").text, "no_wheels:other")
 
-    def test_values_over_the_profile_reach_make(self):
+    def test_a_profile_and_values_have_maps_of_their_own(self):
+        columns = ("demo", "demo:other", "demo+grid.a=1", "demo:other+grid.a=1", "demo+grid.a=2")
+        folders = [seeds.Column.of(text).maps("/maps", 3) for text in columns]
+        self.assertEqual(folders[:2], [Path("/maps/seed_3"), Path("/maps/other/seed_3")])
+        self.assertEqual(len(set(folders)), len(columns))
+
+    def test_a_seed_that_fails_has_no_figures_and_all_that_fail_are_an_error(self):
+        for seed in (0, 2):
+            self.write(f"seed_{seed}/demo/evaluate/metrics.json", json.dumps(metrics(0.02)))
+        column, arguments = seeds.Column.of("demo"), mock.Mock(seeds=3, maps=self.folder, data="/data", vary=None, no_run=False)
         with mock.patch("seeds.subprocess.run") as run:
-            run.return_value.returncode = 0
-            seeds.run_make("demo", 3, Path("/maps/seed_3"), "/data/{seed}", ["grid.a=1"])
-        self.assertIn("SET=grid.a=1 synthesize.seed=3", run.call_args.args[0])
+            run.side_effect = [mock.Mock(returncode=code) for code in (0, 2, 0)]
+            self.assertEqual(seeds.collect(arguments, column), [metrics(0.02), {}, metrics(0.02)])
+            run.side_effect = [mock.Mock(returncode=2)] * 3
+            with self.assertRaisesRegex(DataError, "make .* failed"):
+                seeds.collect(arguments, column)
 
 
 class CollectTest(FolderTest):
