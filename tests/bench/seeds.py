@@ -14,6 +14,7 @@ Exit codes: 0 done; 1 all runs of a column failed or a result is damaged; 2 wron
 
 import argparse
 import math
+import re
 import statistics
 import subprocess
 from dataclasses import dataclass
@@ -154,7 +155,7 @@ class Column:
 
     def maps(self, maps, seed):
         """The folder of a seed; values have one of their own, since Make compares a site with its last config."""
-        return Path(maps) / "+".join([self.profile, *self.settings]).strip("+").replace("/", "_") / f"seed_{seed}"
+        return Path(maps) / re.sub(r"[^\w.-]", "_", "+".join([self.profile, *self.settings]).strip("+")) / f"seed_{seed}"
 
 
 def parse_arguments():

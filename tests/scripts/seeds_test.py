@@ -77,6 +77,7 @@ class RunTest(FolderTest):
         folders = [seeds.Column.of(text).maps("/maps", 3) for text in columns]
         self.assertEqual(folders[:2], [Path("/maps/seed_3"), Path("/maps/other/seed_3")])
         self.assertEqual(len(set(folders)), len(columns))
+        self.assertRegex(str(folders[3]), r"^[\w./-]+$")  # make refuses other names
 
     def test_a_seed_that_fails_has_no_figures_and_all_that_fail_are_an_error(self):
         for seed in (0, 2):
