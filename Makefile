@@ -40,10 +40,10 @@ STRICT ?= 0
 DATA ?= data
 ## MAPS        folder of the results: MAPS/<site>/<job>/
 MAPS ?= maps
-## LAUNCH      prefix of every program's command, as in LAUNCH="srun -c 2" on a cluster
+## LAUNCH      prefix of every program's command; scripts/on_slurm.sh runs it on a cluster (docs/cluster.md)
 LAUNCH ?=
-## THREADS     threads per program; no result depends on it
-THREADS ?= $(shell nproc)
+## THREADS     threads per program, by default the cores of this machine, or 4 with LAUNCH; no result depends on it
+THREADS ?= $(if $(value LAUNCH),4,$(shell nproc))
 ## LOG_LEVEL   debug, info, warn, err or off
 LOG_LEVEL ?= info
 ## V           1 prints the whole command of every program
@@ -89,7 +89,7 @@ $(OF_THE_SITE): the_site
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@:)
 
 why: ## the jobs that `make report` would rerun now, with reasons; with SET: the jobs that this change would rerun
-status: ## how the last run of SITE ended; writes the report of the existing results, runs no job
+status: ## what a make of SITE does now, from another terminal; else how the last one ended, with a report of what there is
 
 # ---- commands -----------------------------------------------------------------------------------
 help: ## this page

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Commands for developers: build, tests, benchmarks, format and lint. The Makefile includes this file.
 
-.PHONY: FORCE build build_tests test test-nightly test-sanitize bench figures format format-check lint
+.PHONY: FORCE build build_tests test test-slurm test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 # Rules whose lists of sources take long to read are there for the goals that need them alone: most makes are of a site, and
 # find nothing to do.
@@ -43,6 +43,9 @@ build_tests:
 test: build_tests ## unit tests, end-to-end tests, and tests on the real data that is present
 	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure | \
 	  $(PYTHON) tests/summary.py $(BUILD)/Testing/Temporary/LastTest.log
+
+test-slurm: build_tests ## the demo and small sites on a Slurm cluster of two nodes on this machine, one of which is lost
+	@ctest --test-dir $(BUILD) --output-on-failure -R slurm
 
 # Tests that take too long for every change. NIGHTMAP_NIGHTLY=1 makes tests do all they can.
 test-nightly: ## the slow lint, all unit tests under sanitizers, all tests whole, 2,000 attacks with damaged files

@@ -64,6 +64,7 @@ for_tests=(
   chromium             # tests: opens the report
   octomap-tools        # tests: convert_octree reads our octrees
   libgtest-dev libgmock-dev  # unit tests
+  slurmctld slurmd slurm-client munge  # tests: a cluster on this machine
 )
 
 [[ $# -gt 0 ]] || set -- tests lint

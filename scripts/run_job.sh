@@ -6,6 +6,7 @@ set -u
 site=$1 job=$2
 shift 2
 logs=$site/logs
+export NIGHTMAP_SITE_DIR=$site NIGHTMAP_RULE=$job # for a program in LAUNCH
 # Words of the loader and libraries, the last of a thread without room for its stack.
 says_memory='failed to map segment|[Cc]annot allocate memory|bad_alloc|Resource temporarily unavailable'
 # A program that memory fails before its main begins, or that the kernel ends, cannot say so itself.

@@ -13,10 +13,11 @@ RUN = "make"
 
 class Outcome:
     """codes: exit code of each rule that the last run began, in that order; None when the rule did not end.
-    code: exit code of the whole run; None when it was killed or still runs. goals: the goals of the run."""
+    code: exit code of the whole run; None when it was killed or still runs. goals: the goals of the run. begun_s: when each rule
+    began, and "make", the run."""
 
     def __init__(self):
-        self.codes, self.code, self.goals = {}, None, []
+        self.codes, self.code, self.goals, self.begun_s = {}, None, [], {}
 
     def failed(self):
         return {name: code for name, code in self.codes.items() if code != 0}
@@ -43,7 +44,9 @@ def last_run(site_dir):
         return outcome
     with open(journal_path(site_dir), encoding="utf-8", errors="replace") as file:
         for line in file:
-            _, name, event, *rest = [*line.split(), "", ""]
+            time_s, name, event, *rest = [*line.split(), "", "", ""]
+            if event == "begin" and time_s.isdigit():
+                outcome.begun_s[name] = int(time_s)
             code = int(rest[0]) if event == "end" and rest[0].isdigit() else None
             if name == RUN and event == "begin":
                 outcome.goals = line.split()[3:]

@@ -7,6 +7,20 @@ import os
 import sys
 import time
 
+from nightmap_site.script_errors import DataError
+
+
+def is_held(site_dir):
+    """Whether another process makes the site now."""
+    try:
+        with open(f"{site_dir}/.lock", "rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        pass  # nothing was ever made
+    return False
+
 
 class SiteLock:
     """A lock held until the process ends. Waits for the process that holds it, and names that process."""
@@ -21,6 +35,9 @@ class SiteLock:
             holder = os.pread(self._fd, 200, 0).decode("utf-8", "replace").strip() or "(unknown)"
             print(f"nightmap: {site_dir} is being made by process {holder}: this make waits for it to end", file=sys.stderr)
             fcntl.flock(self._fd, fcntl.LOCK_EX)
+        except OSError as error:
+            raise DataError(f"{self.path} cannot be locked ({error.strerror}), so that two makes could write one site: "
+                            "let the file system have locks (NFS 4; Lustre: -o flock), or choose another one with MAPS") from None
         os.ftruncate(self._fd, 0)
         with contextlib.suppress(OSError):  # on a full disk it holds without a name
             os.pwrite(self._fd, f"{os.getpid()} on {os.uname().nodename} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode(), 0)

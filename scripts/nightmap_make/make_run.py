@@ -6,7 +6,7 @@ import sys
 import time
 
 import remove_leftovers
-from nightmap_make import clock, slots
+from nightmap_make import clock, slots, step_needs
 from nightmap_make.changed_files import write, write_if_changed
 from nightmap_make.child import Child
 from nightmap_make.graph import Graph
@@ -35,6 +35,8 @@ class MakeRun:
             self.stamps = self.asked.settle()
             self._write_rules()
             self._preview_times()
+            if self.asked.is_made_now:
+                return self._live_status()
             return self._why() if "why" in self.goals else self._make(self.goals) or self._preview_build()
         lock = SiteLock(self.folder)
         try:
@@ -134,6 +136,8 @@ class MakeRun:
             for folder in {os.path.dirname(path) for rule in self.graph.rules for path in rule.output_paths()}:
                 os.makedirs(folder, exist_ok=True)
             os.makedirs(f"{self.folder}/logs", exist_ok=True)
+            if self.env.get("LAUNCH"):
+                files[step_needs.path_of(self.folder)] = step_needs.text(self.graph, self.env["THREADS"])
         for path, text in files.items():
             write_if_changed(path, text)
         for line in [] if self.is_preview else self.rules.edited():
@@ -237,6 +241,15 @@ class MakeRun:
         if not after_failure.write_page(self, outcome.code):
             return 2
         self._say("report")
+        return 0
+
+    def _live_status(self):
+        """Says what the make does that holds the site's lock."""
+        from nightmap_make import live_status, why
+        outcome = last_run(self.folder)
+        needed = self.asked.needed_jobs(outcome.goals)
+        stale = [rule for rule in why.Staleness(self.rules).reasons if rule.job.name in needed]
+        print(printable("\n".join(live_status.lines(self.folder, outcome, stale, time.time()))))
         return 0
 
     def _why(self):

@@ -10,6 +10,7 @@ from nightmap_make.changed_files import write_if_changed
 from nightmap_make.config_values import canonical, plain_errors
 from nightmap_make.imports import check_import_keys, check_imports
 from nightmap_make.input_files import num_recorded_frames
+from nightmap_make.lock import is_held
 from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 from nightmap_make.site_state import SiteState
@@ -43,7 +44,8 @@ class Asked:
         self.env, self.goals = environment, goals
         self.name, self.folder = environment["SITE"], f"{environment['MAPS']}/{environment['SITE']}"
         flags = make_flags(environment.get("MAKEFLAGS", ""))
-        self.is_preview = "why" in goals or any(flag in flags for flag in PREVIEW)
+        self.is_made_now = "status" in goals and is_held(self.folder)
+        self.is_preview = "why" in goals or self.is_made_now or any(flag in flags for flag in PREVIEW)
         self.config = f"{self.folder}/.preview" if self.is_preview else f"{self.folder}/config"
         with plain_errors():
             self._check()
@@ -117,14 +119,14 @@ class Asked:
         jobs = [job for job in self.pipeline.jobs.values() if job.name in needed and (job.when == "asked" or state.has(job.when))]
         check_needs(jobs, self.tables.get("sequence", []), self.request.site)
 
-    def goals_of_jobs(self):
-        """The goals whose jobs make the goals of this call."""
+    def goals_of_jobs(self, of=None):
+        """The goals whose jobs make the goals of this call, or others."""
         goals = self.pipeline.goals
-        return [goals[goal].needs if goal in goals else goal for goal in self.goals]
+        return [goals[goal].needs if goal in goals else goal for goal in of or self.goals]
 
-    def needed_jobs(self):
-        """Names of the jobs that the goals need; a goal may be a file of the site's folder."""
-        goals = self.goals_of_jobs()
+    def needed_jobs(self, of=None):
+        """Names of the jobs that the goals of this call need, or others; a goal may be a file of the site's folder."""
+        goals = self.goals_of_jobs(of)
         folders = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
         return closure(self.pipeline, goals, folders)
 

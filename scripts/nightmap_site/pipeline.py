@@ -10,7 +10,7 @@ from nightmap_site.needs import NEEDS
 from nightmap_site.toml_file import PipelineError, read_toml
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
-        "stamp", "kB_per_frame", "surveys_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip
+        "stamp", "kB_per_frame", "surveys_per_frame", "section", "needs", "asks", "results_of", "cores", "memory_MB"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?(?P<if_any> if any)?")
 OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)
@@ -88,6 +88,7 @@ class Job:
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame, self.surveys_per_frame = table.get("kB_per_frame", 0), table.get("surveys_per_frame", 0)
+        self.cores, self.memory_MB = table.get("cores", 0), table.get("memory_MB", 4000 if self.unit == "site" else 2000)
         self.needs = table.get("needs", [])
         self.stamp, self.asks = table.get("stamp"), table.get("asks")
         self.reads = list(table.get("reads", []))

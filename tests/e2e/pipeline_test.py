@@ -264,6 +264,25 @@ class FailureTest(StubTest):
                 self.make("map")
                 self.make("-q", "map")
 
+    def test_a_run_that_goes_on_is_told_by_status(self):
+        self.make("map")
+        change, shut = "SET=octree.resolution_m=0.1", self.site.folder / "shut"
+        shut.touch()
+        wait = "LAUNCH=sh -c 'while [ -e shut ]; do sleep 0.02; done; exec \"$$0\" \"$$@\"'"
+        run = subprocess.Popen(self.site.command("map", change, wait), cwd=self.site.folder, env=environment(), stdout=subprocess.DEVNULL)
+        try:
+            while not self.site.path("logs/journal.txt").exists() or "octree_0_0 begin" not in self.site.path("logs/journal.txt").read_text():
+                self.assertIsNone(run.poll())
+                time.sleep(0.02)
+            said = self.make("status", change)
+        finally:
+            shut.unlink()
+        self.assertRegex(said, r"make map goes on since .*, by process \d+ on .*: 0 jobs done, 1 run, \d+ wait")
+        self.assertRegex(said, r"\n  octree_0_0 +\d+ s of about 0 s\nleft: about \d+ s, by earlier runs")
+        self.assertEqual(run.wait(), 0)
+        self.make("-q", "map", change)
+        self.assertIn("ended with exit code 0", self.make("status", change))
+
     def test_a_killed_run_is_told_by_status(self):
         self.make("map")
         journal = self.site.path("logs/journal.txt")

@@ -160,13 +160,16 @@ class Workspace(Checkout):
         return times
 
     def hashes(self, site=SITE):
-        """Relative path -> hash of every artifact; receipts, logs, configs and the cache of hashes are none."""
-        root = self.folder / "maps" / site
-        files = [path for path in sorted(root.rglob("*")) if path.is_file()]
-        names = {str(path.relative_to(root)): path for path in files}
-        return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
-                if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name
-                and not name.endswith("/hashes.csv")}
+        return artifact_hashes(self.folder / "maps" / site)
+
+
+def artifact_hashes(root):
+    """Relative path -> hash of every artifact of a site; receipts, logs, configs and the cache of hashes are none."""
+    files = [path for path in sorted(root.rglob("*")) if path.is_file()]
+    names = {str(path.relative_to(root)): path for path in files}
+    return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
+            if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name
+            and not name.endswith("/hashes.csv")}
 
 
 def sources():

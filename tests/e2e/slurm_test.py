@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sites made on a Slurm cluster of this machine: the same bytes as without one, also when a node is lost in the middle."""
+import os
+import random
+import subprocess
+import time
+import unittest
+
+import slurm_cluster
+from accuracy import FOLDER, make
+from labels_test import MODEL
+from workspace import BUILD, LASER_SITE, REPOSITORY, SITE, Workspace, artifact_hashes, environment, write_laser_site
+
+LAUNCH = ("LAUNCH=scripts/on_slurm.sh", "THREADS=1")
+WAIT_S = 600  # a loaded machine is slow
+
+
+def setUpModule():
+    missing = slurm_cluster.missing_programs()
+    if missing and os.environ.get("CI") != "true":
+        raise unittest.SkipTest(f"needs {', '.join(missing)}: run scripts/install_deps.sh tests")
+
+
+class SlurmTest(unittest.TestCase):
+    def setUp(self):
+        self.cluster = slurm_cluster.Cluster()
+        self.addCleanup(self.cluster.stop)
+
+    def begin(self, folder, *arguments):
+        """Begins a make in an allocation of both nodes that outlives one of them."""
+        command = ["salloc", "--quiet", "--nodes=2", "--no-kill", "make", "--no-print-directory", "-j4", *LAUNCH, *arguments]
+        return subprocess.Popen(command, cwd=folder, env=environment() | self.cluster.environment, text=True, start_new_session=True,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+
+    def end(self, process, code=0):
+        said, _ = process.communicate()
+        self.assertEqual(process.returncode, code, said[-8000:])
+        return said
+
+    def journal(self, site_dir):
+        path = site_dir / "logs/journal.txt"
+        return path.read_text().splitlines() if path.exists() else []
+
+    def wait_for(self, condition, process):
+        until = time.monotonic() + WAIT_S
+        while not condition():
+            if process.poll() is not None or time.monotonic() > until:
+                self.fail(f"never: {process.communicate()[0][-8000:] if process.poll() is not None else 'in time'}")
+            time.sleep(0.05)
+
+
+class LostNodeTest(SlurmTest):
+    def test_the_demo_is_the_same_when_a_node_is_lost_at_a_random_moment(self):
+        local = make("demo", FOLDER / "data", "map", "localize")
+        maps = Workspace().removed_after(self).folder / "maps"
+        events = [line for line in self.journal(local) if " make " not in line] or 80 * [""]
+        process = self.begin(REPOSITORY, "SITE=demo", f"DATA={FOLDER}/data", f"MAPS={maps}", f"BUILD={BUILD}", "map", "localize")
+        after, node = random.randrange(8, max(9, len(events) - 8)), random.choice(slurm_cluster.NODES)
+        with self.subTest(lost=node, after_events=after):
+            self.wait_for(lambda: len(self.journal(maps / "demo")) > after, process)
+            self.cluster.lose(node)
+            self.end(process)
+            self.assertEqual(artifact_hashes(maps / "demo"), artifact_hashes(local))
+            self.assertEqual(list((maps / "demo/logs").glob("*.ended*")), [])
+
+
+class ProfilesTest(SlurmTest):
+    """Small sites of other profiles."""
+
+    def check(self, work, site, *arguments):
+        local = work.output(f"SITE={site}", *arguments)
+        self.assertIn(f"map of {site}", local)
+        before = work.hashes(site)
+        self.end(self.begin(work.folder, f"SITE={site}", "MAPS=cluster", *arguments))
+        self.assertEqual(artifact_hashes(work.folder / "cluster" / site), before)
+
+    def test_laser(self):
+        work = Workspace().removed_after(self)
+        write_laser_site(work.folder)
+        self.check(work, LASER_SITE, "map")
+
+    def test_labels(self):
+        work = Workspace().removed_after(self)
+        site = work.folder / f"configs/sites/{SITE}.toml"
+        text = site.read_text().replace("root =", 'profile = "labels"\nroot =', 1)
+        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nlabel_folder = "labels"\n') + '\n[import]\nmodel = "model.toml"\n')
+        (work.folder / "data").mkdir()
+        (work.folder / "data/model.toml").write_text(MODEL)
+        self.check(work, SITE, "map")
+
+    def test_ceiling(self):
+        self.check(Workspace().removed_after(self), "ceiling_office", "map", "SET=synthesize_ceiling.duration_s=20")
