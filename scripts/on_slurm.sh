@@ -8,6 +8,7 @@
 # are the same bytes wherever they are made: a lost node that still works does no harm.)
 set -u
 : "${NIGHTMAP_SITE_DIR:?run_job.sh sets it}" "${NIGHTMAP_RULE:?run_job.sh sets it}"
+command -v srun >/dev/null || { echo "nightmap: no srun here: install Slurm's client (slurm-client), or make without LAUNCH" >&2; exit 2; }
 attempts=3
 ended=$NIGHTMAP_SITE_DIR/logs/$NIGHTMAP_RULE.ended
 cores=$THREADS memory_mb=4000 minutes=0 known=''

@@ -26,7 +26,7 @@ from nightmap_site.site import Site
 
 @dataclass
 class JobCost:
-    """What a job takes per task: seconds at `cores`, bytes read and written; for how many frames."""
+    """A task of a job takes wall_s at `cores`, and reads and writes num_bytes, for so many frames (0: all)."""
 
     name: str
     unit: str
@@ -39,7 +39,7 @@ class JobCost:
 
 
 def read_costs(site_dir, threads):
-    """Of each job of `make map`, in the order of the pipeline. Raises DataError when a job has no receipt."""
+    """The costs of each job of `make map`, in the order of the pipeline, and the number of frames. Raises DataError when a job has no receipt."""
     site = Site(site_dir)
     num_frames = read_object(site.needed("frames", "report"), {"num_frames": int})["num_frames"]
     costs = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a make that goes on does: jobs done, those that run and where, and the time left by the receipts of earlier runs."""
+"""Says how far a make is that goes on: jobs done, those that run and where, and the time left by the receipts of earlier runs."""
 
 import glob
 import json

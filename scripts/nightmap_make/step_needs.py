@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cores, memory and time of each job, for a cluster: lists/needs.txt, a line `JOB CORES MEMORY_MB MINUTES` per job.
 
-What the job took last, by its newest receipts, with a margin; else what the pipeline declares. MINUTES 0: not known."""
+They are what the job took last, by its newest receipts, with a margin; else what the pipeline declares. MINUTES 0: not known."""
 
 import math
 import os

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Slurm cluster of two nodes on this machine: munged, slurmctld and two slurmd, on the loopback interface alone, with keys, logs and state
-in a temporary folder. What it starts it ends. A node can be lost as by a power failure: its daemon, its steps and their programs."""
+in a temporary folder. All that it starts ends with it. A node can be lost as by a power failure: its daemon, its steps and their programs."""
 import ctypes
 import os
 import pathlib
