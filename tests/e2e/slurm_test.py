@@ -2,6 +2,7 @@
 """Sites made on a Slurm cluster of this machine: the same bytes as without one, also when a node is lost in the middle."""
 import os
 import random
+import signal
 import subprocess
 import time
 import unittest
@@ -11,6 +12,7 @@ from accuracy import FOLDER, make
 from labels_test import MODEL
 from workspace import BUILD, LASER_SITE, REPOSITORY, SITE, Workspace, artifact_hashes, environment, write_laser_site
 
+ALLOCATED = ("salloc", "--quiet", "--nodes=2", "--no-kill")
 LAUNCH = ("LAUNCH=scripts/on_slurm.sh", "THREADS=1")
 WAIT_S = 600  # a loaded machine is slow
 
@@ -26,9 +28,9 @@ class SlurmTest(unittest.TestCase):
         self.cluster = slurm_cluster.Cluster()
         self.addCleanup(self.cluster.stop)
 
-    def begin(self, folder, *arguments):
-        """Begins a make in an allocation of both nodes that outlives one of them."""
-        command = ["salloc", "--quiet", "--nodes=2", "--no-kill", "make", "--no-print-directory", "-j4", *LAUNCH, *arguments]
+    def begin(self, folder, *arguments, allocated=ALLOCATED):
+        """Begins a make in an allocation of both nodes that outlives one of them, or in none."""
+        command = [*allocated, "make", "--no-print-directory", "-j4", *LAUNCH, *arguments]
         return subprocess.Popen(command, cwd=folder, env=environment() | self.cluster.environment, text=True, start_new_session=True,
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
 
@@ -62,6 +64,29 @@ class LostNodeTest(SlurmTest):
             self.end(process)
             self.assertEqual(artifact_hashes(maps / "demo"), artifact_hashes(local))
             self.assertEqual(list((maps / "demo/logs").glob("*.ended*")), [])
+
+
+class InterruptedTest(SlurmTest):
+    def test_ctrl_c_cancels_the_jobs_and_the_next_make_goes_on(self):
+        work = Workspace.made("map").removed_after(self)
+        before, journal = work.hashes(), work.folder / "cluster" / SITE
+        words = (f"SITE={SITE}", "MAPS=cluster", "map")
+        process = self.begin(work.folder, *words, allocated=())  # each program a job of its own
+        self.wait_for(lambda: len(self.journal(journal)) > 12, process)
+        os.killpg(process.pid, signal.SIGINT)
+        process.communicate(timeout=WAIT_S)
+        self.assertNotEqual(process.returncode, 0)
+        self.wait_for_no_job()
+        self.assertEqual(list((journal / "logs").glob("*.ended*")), [])
+        self.end(self.begin(work.folder, *words, allocated=()))
+        self.assertEqual(artifact_hashes(work.folder / "cluster" / SITE), before)
+
+    def wait_for_no_job(self):
+        until = time.monotonic() + WAIT_S
+        while said := subprocess.run(["squeue", "--noheader"], env=environment() | self.cluster.environment, text=True,
+                                     capture_output=True).stdout.strip():
+            self.assertLess(time.monotonic(), until, said)
+            time.sleep(0.2)
 
 
 class ProfilesTest(SlurmTest):
