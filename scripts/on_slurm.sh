@@ -21,15 +21,15 @@ done <"$NIGHTMAP_SITE_DIR/lists/needs.txt"
 # On the node: ON_NODE FILE PROGRAM ARGUMENTS...
 # shellcheck disable=SC2016 # the node's shell expands it
 on_node='ended=$1; shift; echo "on ${SLURMD_NODENAME:-$HOSTNAME}" >>"$ended"; "$@"; code=$?; echo "$code" >>"$ended"; exit "$code"'
-stop=''
-trap 'stop=130' INT
-trap 'stop=143; kill "$step" 2>/dev/null' TERM HUP
+stop='' step='' # the step runs in the background, where Ctrl-C does not reach it
+trap 'stop=130; [ -z "$step" ] || kill "$step"' INT
+trap 'stop=143; [ -z "$step" ] || kill "$step"' TERM HUP
 for ((attempt = 1; ; ++attempt)); do
   file=$ended.$attempt # so that a lost node that still works writes into no later one's
   : >"$file" # nodes add to it: a name that is known to be missing may stay so for long on a shared file system
   time=()
   ((minutes == 0)) || time=(--time="$minutes")
-  srun --quiet --unbuffered --quit-on-interrupt --nodes=1 --ntasks=1 --cpus-per-task="$cores" --mem="$memory_mb" "${time[@]}" \
+  srun --quiet --unbuffered --nodes=1 --ntasks=1 --cpus-per-task="$cores" --mem="$memory_mb" "${time[@]}" \
     ${SLURM_JOB_ID:+--exact} --job-name="${NIGHTMAP_SITE_DIR##*/}:$NIGHTMAP_RULE" --kill-on-bad-exit=1 \
     bash -c "$on_node" on_node "$file" "$@" </dev/null &
   step=$!

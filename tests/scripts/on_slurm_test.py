@@ -81,10 +81,13 @@ class OnSlurmTest(FolderTest):
         self.assertEqual(self.launch("killed", "killed", "killed")[0].returncode, 137)
 
     def test_a_signal_cancels_the_step(self):
-        self.write("fate", "run\nrun\n")
-        process = subprocess.Popen(self.command("/bin/sleep", "60"), env=self.environment)
-        while not any(path.read_text() for path in (self.folder / "site/logs").glob("*.ended.1")):
-            time.sleep(0.01)
-        process.send_signal(signal.SIGTERM)
-        self.assertEqual(process.wait(timeout=20), 143)
-        self.assertEqual(len((self.folder / "asked").read_text().splitlines()), 1)
+        for number, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130)):
+            self.write("fate", "run\nrun\n")
+            self.write("asked", "")
+            process = subprocess.Popen(self.command("/bin/sleep", "60"), env=self.environment)
+            while not any(path.read_text() for path in (self.folder / "site/logs").glob("*.ended.1")):
+                time.sleep(0.01)
+            process.send_signal(number)
+            self.assertEqual(process.wait(timeout=20), code)
+            self.assertEqual(len((self.folder / "asked").read_text().splitlines()), 1)
+            self.assertEqual(list((self.folder / "site/logs").iterdir()), [])
