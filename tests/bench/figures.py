@@ -48,6 +48,8 @@ FIGURES = {
                  f"ablation.py {OFFICE_QUERIES} --seeds 3 --data {{data}} --maps {{maps}} --build {{build}} --page {{page}}"),
     "bench": (f"bench.py {FR1} {OFFICE} --data {{data}} --build {{build}} --threads {{threads}} --page {{page}}",),
     "bench_shards": ("bench_shards.py --page {page}",),
+    "bench_slurm": ("make build", "bench_slurm.py --data {data} --build {build} --page {page}"),
+    "campus": ("make map SITE=demo DATA={data} MAPS={maps}", "scripts/plan_campus.py {maps}/demo > campus"),
     "bench_localize": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                        "make map SITE=demo DATA={data} MAPS={maps}",
                        f"make map SITE={FR1} DATA={{data}} MAPS={{maps}}",

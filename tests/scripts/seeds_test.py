@@ -51,7 +51,7 @@ class TableTest(unittest.TestCase):
 
 class RunTest(FolderTest):
     def command(self, text, data="/data", **more):
-        """What make is asked to do for seed 3 of a column."""
+        """Runs seed 3 of a column; returns the command of make."""
         with mock.patch("seeds.subprocess.run") as run:
             run.return_value.returncode = 0
             seeds.run_make(seeds.Column.of(text), 3, Path("/maps"), data, **more)
