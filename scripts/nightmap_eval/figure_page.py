@@ -33,12 +33,14 @@ def put_figure(page, name, text):
 
 
 def read_cell(page, name, row, column):
-    """The cell of a table of the page in the row that begins with the cells `row`, "a | b", and below the title `column`."""
+    """The cell of a table of the page in the row that begins with the cells `row`, "a | b", and below the title `column`; None without a table."""
     text = read_text(page)
     table = text.partition(f"<!-- {name}:begin -->")[2].partition(f"<!-- {name}:end -->")[0]
     lines = [line for line in table.splitlines() if line.startswith("|")]
     titles = [title.strip() for title in lines[0].split("|")] if lines else []
     found = [line.split("|") for line in lines if line.startswith(f"| {row} |")]
+    if not lines:
+        return None
     if column not in titles or len(found) != 1:
         raise DataError(f"{page}: the table {name} has no row {row!r} with a column {column!r}; run make figures FIGURES={name}")
     return found[0][titles.index(column)].strip()

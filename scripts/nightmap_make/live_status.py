@@ -6,9 +6,21 @@ import json
 import os
 import time
 
+from nightmap_make import why
+from nightmap_make.journal import last_run
 from nightmap_make.run_receipts import receipts_in
+from nightmap_site.script_errors import printable
 
 SHOWN = 30  # running jobs
+
+
+def tell(run):
+    """Prints the status of the make that holds the site's lock; run: the MakeRun of this call, a preview."""
+    outcome = last_run(run.folder)
+    needed = run.asked.needed_jobs(outcome.goals)
+    stale = [rule for rule in why.Staleness(run.rules).reasons if rule.job.name in needed]
+    print(printable("\n".join(lines(run.folder, outcome, stale, time.time()))))
+    return 0
 
 
 def lines(folder, outcome, stale, now_s):

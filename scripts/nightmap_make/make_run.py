@@ -36,7 +36,8 @@ class MakeRun:
             self._write_rules()
             self._preview_times()
             if self.asked.is_made_now:
-                return self._live_status()
+                from nightmap_make import live_status
+                return live_status.tell(self)
             return self._why() if "why" in self.goals else self._make(self.goals) or self._preview_build()
         lock = SiteLock(self.folder)
         try:
@@ -241,15 +242,6 @@ class MakeRun:
         if not after_failure.write_page(self, outcome.code):
             return 2
         self._say("report")
-        return 0
-
-    def _live_status(self):
-        """Says what the make does that holds the site's lock."""
-        from nightmap_make import live_status, why
-        outcome = last_run(self.folder)
-        needed = self.asked.needed_jobs(outcome.goals)
-        stale = [rule for rule in why.Staleness(self.rules).reasons if rule.job.name in needed]
-        print(printable("\n".join(live_status.lines(self.folder, outcome, stale, time.time()))))
         return 0
 
     def _why(self):

@@ -111,8 +111,8 @@ HEADLINES = (
 
 def put_headlines(page):
     """The first table of the page, from its others."""
-    rows = [f"| [{words}](#{section.lower().replace(' ', '-')}) | {read_cell(page, table, row, column)} |"
-            for words, section, table, row, column in HEADLINES]  # fmt: skip
+    rows = [f"| [{words}](#{section.lower().replace(' ', '-')}) | {figure} |"
+            for words, section, *place in HEADLINES if (figure := read_cell(page, *place)) is not None]  # fmt: skip
     put_between(page, "<!-- headlines:begin -->", "<!-- headlines:end -->", "\n".join(["| | |", "|---|---:|", *rows, ""]))
 
 

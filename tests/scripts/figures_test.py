@@ -37,7 +37,8 @@ class PageTest(FolderTest):
     def test_a_cell_is_found_by_its_row_and_title(self):
         page = self.write("page.md", "<!-- t:begin -->\n| | | b |\n|---|---|---|\n| x | y | 1 |\n| x | z | 2 |\n<!-- t:end -->\n| x | y | 3 |\n")
         self.assertEqual(figure_page.read_cell(page, "t", "x | y", "b"), "1")
-        for asked in (("t", "x", "b"), ("t", "x | y", "c"), ("t", "y", "b"), ("u", "x | y", "b")):
+        self.assertIsNone(figure_page.read_cell(page, "u", "x | y", "b"))
+        for asked in (("t", "x", "b"), ("t", "x | y", "c"), ("t", "y", "b")):
             with self.assertRaisesRegex(DataError, f"FIGURES={asked[0]}"):
                 figure_page.read_cell(page, *asked)
 
