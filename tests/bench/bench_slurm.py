@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_slurm: what Slurm adds to the time of a site, with both nodes of a cluster on this machine (tests/e2e/slurm_cluster.py).
 
-Makes, in turns with `make -j2` alone: the map of the demo (SITE_DATA has its recording), and a site of stub programs that
-compute for as long as a shard of a hundred frames takes a core, with many shards. Prints a Markdown table of wall seconds, the best of each; with --page it
+Makes, in turns with `make -j2` alone: the map of the demo, and a site of stub programs that
+compute for half a second per shard and job, where a hundred frames take two, with many shards. Prints a Markdown table of wall seconds, the best of each; with --page it
 goes between `<!-- bench_slurm:begin -->` and `<!-- bench_slurm:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
@@ -71,7 +71,7 @@ def main():
     parser = parser_of(__doc__, "build", "page")
     parser.add_argument("--data", type=Path, default=CHECKOUT / "data", help="recordings; the demo is rendered here")
     parser.add_argument("--shards", type=int, default=500)
-    parser.add_argument("--steps", type=int, default=400_000, help="additions of a stub of a shard: 400,000 are about a second")
+    parser.add_argument("--steps", type=int, default=200_000, help="of the loop of a stub of a shard: 200,000 take half a second")
     parser.add_argument("--repeats", type=int, default=2)
     arguments = parser.parse_args()
     arguments.data, arguments.build = arguments.data.resolve(), arguments.build.resolve()
