@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_slurm: what Slurm adds to the time of a site, with both nodes of a cluster on this machine (tests/e2e/slurm_cluster.py).
 
-Makes, in turns with `make -j2` alone: the map of the demo, and a site of stub programs that
-compute for half a second per shard and job, where a hundred frames take two, with many shards. Prints a Markdown table of wall seconds, the best of each; with --page it
-goes between `<!-- bench_slurm:begin -->` and `<!-- bench_slurm:end -->`.
+Makes, in turns with `make -j2` alone: the map of the demo, and a site of many shards whose stub programs compute for half a second
+each, where the jobs of a hundred frames take one or two. Prints a Markdown table of wall seconds, the best of each; with --page it goes
+between `<!-- bench_slurm:begin -->` and `<!-- bench_slurm:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
@@ -62,7 +62,7 @@ def shards(arguments, cluster):
             return wall_s([*command, "map", "SITE=demo", "THREADS=1"], site.folder, STUB_SHARDS=str(arguments.shards),
                           STUB_STEPS=str(arguments.steps), **cluster.environment)  # fmt: skip
 
-        return row(f"{arguments.shards} shards", arguments.repeats, run)
+        return row(f"{arguments.shards} shards", 1, run)
     finally:
         site.remove()
 
@@ -71,8 +71,8 @@ def main():
     parser = parser_of(__doc__, "build", "page")
     parser.add_argument("--data", type=Path, default=CHECKOUT / "data", help="recordings; the demo is rendered here")
     parser.add_argument("--shards", type=int, default=500)
-    parser.add_argument("--steps", type=int, default=200_000, help="of the loop of a stub of a shard: 200,000 take half a second")
-    parser.add_argument("--repeats", type=int, default=2)
+    parser.add_argument("--steps", type=int, default=450_000, help="of the loop of a stub of a shard: 450,000 take half a second")
+    parser.add_argument("--repeats", type=int, default=2, help="of the demo")
     arguments = parser.parse_args()
     arguments.data, arguments.build = arguments.data.resolve(), arguments.build.resolve()
     cluster = Cluster()
