@@ -3,7 +3,7 @@
 """plan_campus: how long many buildings take on a cluster of several sizes, from what one site took here.
 
 Every job of SITE_DIR (maps/SITE after make map) is scaled to the frames of a building by its receipts: jobs of a shard or a tile come
-as often as there are frames for them, jobs of the whole site grow with the frames. The schedule is simulated: a task starts when all that it
+as often as there are frames for them, time and memory of jobs of the whole site grow with the frames. The schedule is simulated: a task starts when all that it
 reads is made and a node has its cores and memory free, those of the building that has the most left first; each task adds the start of
 a step. Prints a Markdown table per number of nodes: time, use of the cores, the longest chain of one building (no cluster is
 faster), what most of the time goes to, and the rate at which files are read and written.
@@ -39,7 +39,7 @@ class JobCost:
 
 
 def read_costs(site_dir, threads):
-    """The costs of each job of `make map`, in the order of the pipeline, and the number of frames. Raises DataError when a job has no receipt."""
+    """The costs of each job of `make map` that ran, in the order of the pipeline, and the number of frames. Raises DataError."""
     site = Site(site_dir)
     num_frames = read_object(site.needed("frames", "report"), {"num_frames": int})["num_frames"]
     costs = {}
@@ -70,6 +70,9 @@ class Task:
     missing: int = 0
     after: list = field(default_factory=list)
     rank_s: float = 0  # the longest chain from here on
+
+    def memory_mb(self):
+        return self.cost.memory_mb * self.scale
 
     def wall_s(self, start_s):
         return self.cost.wall_s * self.scale + start_s
@@ -140,7 +143,7 @@ def simulate(tasks, num_nodes, cores, memory_mb, start_s):
         while ready:
             entry = heapq.heappop(ready)
             cost = entry[2].cost
-            need = min(cost.cores, cores), min(cost.memory_mb, memory_mb)
+            need = min(cost.cores, cores), min(entry[2].memory_mb(), memory_mb)
             node = next((i for i, room in enumerate(free) if room[0] >= need[0] and room[1] >= need[1]), None)
             if node is None:
                 left.append(entry)
@@ -191,7 +194,7 @@ def main():
     parser.add_argument("--nodes", type=int, nargs="+", default=[1, 8, 64])
     parser.add_argument("--cores", type=int, default=16, help="of a node")
     parser.add_argument("--memory-gb", type=float, default=64, help="of a node")
-    parser.add_argument("--threads", type=int, default=2, help="that the receipts' programs had, and that a task gets")
+    parser.add_argument("--threads", type=int, default=2, help="THREADS of the make that wrote the receipts; a task gets as many")
     parser.add_argument("--step-s", type=float, default=0.1, help="that the start of a step takes")
     arguments = parser.parse_args()
     if min(arguments.buildings, arguments.frames, arguments.cores, arguments.threads, *arguments.nodes) < 1 or arguments.frames < arguments.buildings:

@@ -10,7 +10,7 @@ from nightmap_site.script_errors import DataError
 TABLES = ("coverage", "trajectory", "queries", "loops", "map", "cloud", "grid", "walls", "relations", "wheels", "nis", "nees", "landmarks",
           "start", "se3", "sim3", "rpe_per_frame", "rpe_per_metre", "relative_1m", "relative_10m", "num_by_verdict", *PROTOCOLS)  # fmt: skip
 SHAPES = dict.fromkeys(TABLES, dict) | dict.fromkeys(("frames_without_pose", "frames_bridged", "frames_apart"), [int]) | {
-    "rows": [dict], "floors": [dict], "truth_from_map_m_q": [NUMBER], "query_idx": int, "has_truth": bool, "color_path": str, "status": str,
+    "rows": [dict], "floors": [dict], "truth_from_map_m_q": [NUMBER], "query_idx": int, "has_truth": bool, "found": bool, "color_path": str, "status": str,
     "reason": str}  # fmt: skip
 UNITS = "m|m2|cm|deg|deg2|percent|cells|per_m|ratio_start|ratio_se3"
 FIGURE = re.compile(rf".*_(?:{UNITS})|scale|mean|mean_per_degree_of_freedom|iou|iou_median|\w+_per_sigma")
@@ -34,13 +34,16 @@ class Figures(dict):
 def _checked(value, name, where):
     if name == "confusion":  # its names are those of classes
         return value
+    if name == "classes" and isinstance(value, dict):  # likewise, of tables
+        check(value, dict.fromkeys(value, dict), where)
+        return {of: Figures(table, f"{where}: {of}") for of, table in value.items()}
     if name in SHAPES:
         check(value, SHAPES[name], where)
     elif not isinstance(value, (dict, list)) and (name.startswith("num_") or FIGURE.fullmatch(name)):
         check(value, int if name.startswith("num_") else UNKNOWN_OR_NUMBER if MAY_BE_UNKNOWN.fullmatch(name) else NUMBER, where)
     if name == "truth_from_map_m_q" and len(value) != 7:
         raise DataError(f"{where} is not a pose; {REMEDY}")
-    if name in ("sections", "classes"):
+    if name == "sections":
         check(value, dict.fromkeys(value, dict) if isinstance(value, dict) else dict, where)
     if isinstance(value, list):
         return [Figures(item, where) if isinstance(item, dict) else item for item in value]

@@ -17,6 +17,9 @@ SHOWN = 30  # running jobs
 def tell(run):
     """Prints the status of the make that holds the site's lock; run: the MakeRun of this call, a preview."""
     outcome = last_run(run.folder)
+    if "make" not in outcome.begun_s or outcome.code is not None:
+        print(f"process {holder(run.folder)} holds the site, and has begun no job yet")
+        return 0
     needed = run.asked.needed_jobs(outcome.goals)
     stale = [rule for rule in why.Staleness(run.rules).reasons if rule.job.name in needed]
     print(printable("\n".join(lines(run.folder, outcome, stale, time.time()))))

@@ -10,7 +10,7 @@ import re
 from nightmap_make.run_receipts import DAMAGED, read_receipt
 
 MARGIN, LEAST_MB = 1.5, 500  # of memory: shards differ, and libraries take some
-TIME_MARGIN, LEAST_MINUTES = 10, 10  # of time: a limit is there to end what hangs
+TIME_MARGIN, LEAST_MINUTES = 4, 10  # of time: a limit is there to end what hangs
 NUM_RECEIPTS = 20  # of the units of a job that are looked at
 
 

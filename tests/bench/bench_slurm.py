@@ -24,7 +24,7 @@ from slurm_cluster import Cluster  # noqa: E402
 from stub_site import StubSite  # noqa: E402
 from workspace import environment  # noqa: E402
 
-ALONE, ON_SLURM = ["make", "-j2"], ["salloc", "--quiet", "--nodes=2", "--no-kill", "make", "-j4", "LAUNCH=scripts/on_slurm.sh"]
+ALONE, ON_SLURM = ["make", "-j2"], ["salloc", "--quiet", "--nodes=2", "--exclusive", "--mem=0", "--no-kill", "make", "-j4", "LAUNCH=scripts/on_slurm.sh"]
 TITLES = ("site", "alone, make -j2 (s)", "on Slurm (s)", "more (%)")
 
 

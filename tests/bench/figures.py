@@ -49,7 +49,7 @@ FIGURES = {
     "bench": (f"bench.py {FR1} {OFFICE} --data {{data}} --build {{build}} --threads {{threads}} --page {{page}}",),
     "bench_shards": ("bench_shards.py --page {page}",),
     "bench_slurm": ("make build", "bench_slurm.py --data {data} --build {build} --page {page}"),
-    "campus": ("make map SITE=demo DATA={data} MAPS={maps}", "scripts/plan_campus.py {maps}/demo > campus"),
+    "campus": ("make map SITE=demo DATA={data} MAPS={maps}", "scripts/plan_campus.py {maps}/demo --threads {threads} > campus"),
     "bench_localize": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                        "make map SITE=demo DATA={data} MAPS={maps}",
                        f"make map SITE={FR1} DATA={{data}} MAPS={{maps}}",
@@ -163,7 +163,11 @@ def main():
         except DataError as error:
             print(error, flush=True)
             failures.append(name)
-    put_headlines(folders["page"])
+    try:
+        put_headlines(folders["page"])
+    except DataError as error:
+        print(error, flush=True)
+        failures.append("headlines")
     if failures:
         raise DataError(f"not measured: {', '.join(failures)}")
 

@@ -7,9 +7,9 @@ profile than its own and values over it, as make's SET takes them. For each colu
 MAPS=<maps>/<profile and values>/seed_<n>; Make keeps the results that are up to date. Figures where one bad seed matters
 show the worst seed. A seed does not change a recording. To render another made-up building per seed, give each its own
 folder, as in --data 'data/{seed}'. Another option of a made-up recording than synthesize.seed takes the number of the seed,
-counted from 1, with --vary. A run that fails counts as one without any figure: not to map a site is a result.
+counted from 1, with --vary.
 With --page it puts the table between the markers `<!-- NAME:begin -->` and `<!-- NAME:end -->` of that page.
-Exit codes: 0 done; 1 all runs of a column failed or a result is damaged; 2 wrong command line.
+Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
 import argparse
@@ -190,24 +190,16 @@ def run_make(column, seed, maps, data, vary=None):
 
 
 def collect(arguments, column):
-    """metrics.json of every seed of a column; empty for a run that failed. Raises DataError when all failed."""
-    metrics, failures = [], []
+    """metrics.json of every seed of a column."""
+    metrics = []
     for seed in range(arguments.seeds):
         maps = column.maps(arguments.maps, seed)
-        try:
-            if not arguments.no_run:
-                run_make(column, seed, maps, arguments.data, arguments.vary)
-        except DataError as error:
-            print(error, flush=True)
-            failures.append(error)
-            metrics.append({})
-            continue
+        if not arguments.no_run:
+            run_make(column, seed, maps, arguments.data, arguments.vary)
         path = maps / column.name / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
         for _, dotted, *_ in ROWS:
             check(look_up(metrics[-1], dotted), UNKNOWN_OR_NUMBER, f"{path}: {dotted}")
-    if len(failures) == arguments.seeds:
-        raise failures[0]
     return metrics
 
 

@@ -95,6 +95,8 @@ class Cluster:
             raise
 
     def _start(self):
+        if missing_programs():
+            raise AssertionError(f"no {', '.join(missing_programs())}: run scripts/install_deps.sh tests")
         (self.folder / "state").mkdir()
         key = self.folder / "munge.key"
         key.write_bytes(os.urandom(1024))

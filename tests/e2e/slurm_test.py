@@ -12,8 +12,8 @@ from accuracy import FOLDER, make
 from labels_test import MODEL
 from workspace import BUILD, LASER_SITE, REPOSITORY, SITE, Workspace, artifact_hashes, environment, write_laser_site
 
-ALLOCATED = ("salloc", "--quiet", "--nodes=2", "--no-kill")
-LAUNCH = ("LAUNCH=scripts/on_slurm.sh", "THREADS=1")
+ALLOCATED = ("salloc", "--quiet", "--nodes=2", "--exclusive", "--mem=0", "--no-kill")
+LAUNCH = ("LAUNCH=scripts/on_slurm.sh", "THREADS=2")
 WAIT_S = 600  # a loaded machine is slow
 
 
@@ -80,6 +80,15 @@ class InterruptedTest(SlurmTest):
         self.assertEqual(list((journal / "logs").glob("*.ended*")), [])
         self.end(self.begin(work.folder, *words, allocated=()))
         self.assertEqual(artifact_hashes(work.folder / "cluster" / SITE), before)
+
+    def test_a_signal_to_make_alone_cancels_the_jobs(self):
+        work = Workspace.made("map").removed_after(self)
+        journal = work.folder / "cluster" / SITE
+        process = self.begin(work.folder, f"SITE={SITE}", "MAPS=cluster", "map", allocated=())
+        self.wait_for(lambda: len(self.journal(journal)) > 12, process)
+        os.kill(process.pid, signal.SIGTERM)
+        process.communicate(timeout=WAIT_S)
+        self.wait_for_no_job()
 
     def wait_for_no_job(self):
         until = time.monotonic() + WAIT_S

@@ -85,7 +85,7 @@ class OnSlurmTest(FolderTest):
             self.write("fate", "run\nrun\n")
             self.write("asked", "")
             process = subprocess.Popen(self.command("/bin/sleep", "60"), env=self.environment)
-            while not any(path.read_text() for path in (self.folder / "site/logs").glob("*.ended.1")):
+            while not any(path.read_text() for path in (self.folder / "site/logs").glob("*.ended.*")):
                 time.sleep(0.01)
             process.send_signal(number)
             self.assertEqual(process.wait(timeout=20), code)

@@ -9,7 +9,6 @@ from unittest import mock
 import fake_site
 from folder_case import FolderTest
 import seeds
-from nightmap_site.script_errors import DataError
 
 
 def metrics(ate_m, recall=None):
@@ -78,17 +77,6 @@ class RunTest(FolderTest):
         self.assertEqual(folders[:2], [Path("/maps/seed_3"), Path("/maps/other/seed_3")])
         self.assertEqual(len(set(folders)), len(columns))
         self.assertRegex(str(folders[3]), r"^[\w./-]+$")  # make refuses other names
-
-    def test_a_seed_that_fails_has_no_figures_and_all_that_fail_are_an_error(self):
-        for seed in (0, 2):
-            self.write(f"seed_{seed}/demo/evaluate/metrics.json", json.dumps(metrics(0.02)))
-        column, arguments = seeds.Column.of("demo"), mock.Mock(seeds=3, maps=self.folder, data="/data", vary=None, no_run=False)
-        with mock.patch("seeds.subprocess.run") as run:
-            run.side_effect = [mock.Mock(returncode=code) for code in (0, 2, 0)]
-            self.assertEqual(seeds.collect(arguments, column), [metrics(0.02), {}, metrics(0.02)])
-            run.side_effect = [mock.Mock(returncode=2)] * 3
-            with self.assertRaisesRegex(DataError, "make .* failed"):
-                seeds.collect(arguments, column)
 
 
 class CollectTest(FolderTest):

@@ -33,7 +33,7 @@ class StepNeedsTest(FolderTest):
         for unit, peak_mb, wall_s in (("0000", 2000, 30), ("0001", 3000, 600), ("0002", 100, 1)):
             self.receipt(f"features/receipt_{unit}.json", peak_mb, wall_s)
         self.receipt("tiles/receipt.json", 10, 1)
-        self.assertEqual(self.needs(), {"features": ["4", "4500", "100"], "tiles": ["1", "500", "10"]})
+        self.assertEqual(self.needs(), {"features": ["4", "4500", "40"], "tiles": ["1", "500", "10"]})
 
     def test_a_damaged_receipt_says_nothing(self):
         self.receipt("features/receipt_0000.json", 2000, 30)
