@@ -8,8 +8,9 @@ set -eu
 folder=$(mktemp -d)
 export MARK=$folder/head
 marked() { grep -lsz "^MARK=$1" /proc/[0-9]*/environ | cut -d/ -f3; }
+steps() { find /proc/[0-9]*/exe -lname "$folder/*/slurmstepd-wlm" 2>/dev/null | cut -d/ -f3; } # whose title hides the mark
 end() {
-  for pid in $(marked "$folder"); do [ "$pid" = $$ ] || kill -9 "$pid" 2>/dev/null || true; done
+  for pid in $(marked "$folder") $(steps); do [ "$pid" = $$ ] || kill -9 "$pid" 2>/dev/null || true; done
   rm -rf "$folder"
 }
 trap end EXIT
@@ -59,7 +60,7 @@ until [ "$(sinfo --noheader --format=%T 2>/dev/null)" = idle ]; do sleep 1; done
   srun --export=ALL,MARK="$folder/n2" --nodelist=n2 sh -c 'sleep 300; touch ended' 2>srun.log &
   srun=$!
   sleep 5
-  for pid in $(marked "$folder/n2"); do kill -9 "$pid" 2>/dev/null || true; done
+  for pid in $(marked "$folder/n2") $(steps); do kill -9 "$pid" 2>/dev/null || true; done
   code=0
   wait $srun || code=$?
   echo "task ended: $([ -e ended ] && echo yes || echo no)"
