@@ -29,7 +29,7 @@ FIGURES = {
                  "--data {data}",),
     "detectors": (f"{SEEDS} {' '.join(f'{OFFICE_QUERIES}+features.detector={name}' for name in DETECTORS)} --name detectors "
                   "--data {data}",),
-    "mirror": (f"{SEEDS} mirror --data '{{data}}/{{{{seed}}}}' --name mirror",),
+    "mirror": (f"{SEEDS} mirror --seeds 10 --data '{{data}}/{{{{seed}}}}' --name mirror",),
     "laser": (f"{SEEDS} intel freiburg_079 tests/bench/laser/freiburg_079_no_wheels freiburg_079:published_laser "
               "intel+laser_grid.thin_walls=false freiburg_079+laser_grid.thin_walls=false --seeds 1 --data {data} --name laser",),
     "laser_made_up": (f"{SEEDS} demo_laser --data '{{data}}/{{{{seed}}}}' --name laser_made_up",),
@@ -42,7 +42,7 @@ FIGURES = {
     "bench_laser": ("make map SITE=freiburg_079 DATA={data} MAPS={maps}",
                     "bench_laser.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
     "relocalization": ("make evaluate SITE=freiburg_079 DATA={data} MAPS={maps}",
-                       "bench_relocalization.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
+                       "bench_relocalization.py {maps}/freiburg_079 --seeds 3 --build {build} --threads {threads} --page {page}"),
     "place_search": ("make build", "bench_place_search.py --build {build} --threads {threads} --page {page}"),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                  f"ablation.py {OFFICE_QUERIES} --seeds 3 --data {{data}} --maps {{maps}} --build {{build}} --page {{page}}"),
@@ -73,7 +73,7 @@ LONG = {
         f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
         f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}"),
     "things": (f"{SEEDS} tests/bench/labels/things tests/bench/labels/things_true --name things --data '{{data}}/{{{{seed}}}}'",),
-    "ceiling": (f"{SEEDS} ceiling_corridor ceiling_office ceiling_office:published_ceiling --name ceiling "
+    "ceiling": (f"{SEEDS} ceiling_corridor ceiling_office ceiling_office:published_ceiling --seeds 10 --name ceiling "
                 "--vary synthesize_ceiling.noise_seed --data '{data}/ceiling_{{seed}}'",),
     "faults": ("rm -f {maps}/faults/rows.jsonl",
         f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
