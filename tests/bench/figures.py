@@ -98,7 +98,7 @@ HEADLINES = (
     ("Likewise by COLMAP (s)", "COLMAP", COLMAP, "map (s)", "colmap_triangulate"),
     ("Octree, one thread: times faster than OctoMap", "Octree", "bench_octree",
      f"{OFFICE} (31 x 120,403 points) | 4 | batched, 1 thread", "times OctoMap"),
-    ("Drives that arrive without touching anything, of noisy wheels", "Planning and driving", "bench_drive",
+    ("Drives that touch nothing, with noisy wheels", "Planning and driving", "bench_drive",
      "wheel_noise = 0.05 position_noise_m = 0.01 heading_noise_rad = 0.0175", "right"),
     ("Motion over 1 m by a laser in an office building: error, mean (cm)", "Laser", "laser", "motion over 1 m, mean (cm)", "intel"),
     ("Way of a laser through the made-up building: error, RMSE (cm)", "Laser", "laser_made_up", "ATE RMSE, SE(3) (cm)", "demo_laser"),
