@@ -17,9 +17,9 @@ trap end EXIT
 cd "$folder"
 version=22.05.8-4+deb12u3
 apt-get download -qq slurmctld=$version slurmd=$version slurm-client=$version slurm-wlm-basic-plugins=$version munge=0.5.15-2+deb12u1 libmunge2=0.5.15-2+deb12u1 >/dev/null 2>&1
-for package in *.deb; do dpkg -x "$package" root; done
-libraries=$folder/root/usr/lib/x86_64-linux-gnu
-export PATH=$folder/root/usr/sbin:$folder/root/usr/bin:$PATH LD_LIBRARY_PATH=$libraries:$libraries/slurm-wlm SLURM_CONF=$folder/slurm.conf
+for package in *.deb; do dpkg -x "$package" tree; done
+libraries=$folder/tree/usr/lib/x86_64-linux-gnu
+export PATH=$folder/tree/usr/sbin:$folder/tree/usr/bin:$PATH LD_LIBRARY_PATH=$libraries:$libraries/slurm-wlm SLURM_CONF=$folder/slurm.conf
 head -c 1024 /dev/urandom >munge.key
 chmod 400 munge.key
 mkdir state
@@ -50,7 +50,7 @@ munged --foreground --force --key-file "$folder/munge.key" --socket "$folder/mun
   --log-file "$folder/munge.log" --seed-file "$folder/munge.seed" 2>/dev/null &
 sleep 1
 slurmctld -D -c >slurmctld.log 2>&1 &
-for node in n1 n2; do MARK=$folder/$node slurmd -D -N $node -d "$(find "$folder/root" -name slurmstepd-wlm)" >$node.log 2>&1 & done
+for node in n1 n2; do MARK=$folder/$node slurmd -D -N $node -d "$(find "$folder/tree" -name slurmstepd-wlm)" >$node.log 2>&1 & done
 until [ "$(sinfo --noheader --format=%T 2>/dev/null)" = idle ]; do sleep 1; done
 {
   srun --version
