@@ -17,7 +17,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from nightmap_site.checked_reading import read_object
+from nightmap_site.checked_reading import read_object, using
 from nightmap_site.job_results import StageResult
 from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import DataError, run_main
@@ -52,11 +52,12 @@ def read_costs(site_dir, threads):
         if not runs:
             continue  # of a part that the site lacks
         count = len(runs)
-        costs[name] = JobCost(name, job.unit, num_frames / count if job.unit != "site" else 0,
-                              sum(run["wall_time_s"] for run in runs) / count, job.cores or threads,
-                              max(run["peak_memory_bytes"] for run in runs) / 1e6,
-                              sum(entry.get("size_bytes", 0) for run in runs for entry in run["inputs"] + run["outputs"]) / count,
-                              job.jobs_before())  # fmt: skip
+        with using(f"{site_dir / job.folder}: receipts"):
+            costs[name] = JobCost(name, job.unit, num_frames / count if job.unit != "site" else 0,
+                                  sum(run["wall_time_s"] for run in runs) / count, job.cores or threads,
+                                  max(run["peak_memory_bytes"] for run in runs) / 1e6,
+                                  sum(entry.get("size_bytes", 0) for run in runs for entry in run["inputs"] + run["outputs"]) / count,
+                                  job.jobs_before())  # fmt: skip
     if not costs:
         raise DataError(f"{site_dir}: no receipts of a map; run make map")
     return costs, num_frames
@@ -174,12 +175,13 @@ def row(costs, num_frames, arguments, num_nodes):
         longest_s = max(longest_s, rank(of_building, arguments.step_s))
         tasks += of_building
     num_tasks = sum(bool(task.cost.name) for task in tasks)
+    starts_s = arguments.step_s * sum(min(task.cost.cores, arguments.cores) for task in tasks)  # of cores, which wait meanwhile
     num_bytes = sum(task.cost.num_bytes * (task.scale if task.cost.unit == "site" else 1) for task in tasks)
     wall_s, used = simulate(tasks, num_nodes, arguments.cores, arguments.memory_gb * 1000, arguments.step_s)
     most = max(used, key=used.get)
     return [str(num_nodes), f"{num_tasks:,}", f"{wall_s / 3600:.1f}", f"{100 * sum(used.values()) / (wall_s * num_nodes * arguments.cores):.0f}",
             f"{longest_s / 3600:.1f}", f"{most} ({100 * used[most] / sum(used.values()):.0f} %)",
-            f"{100 * num_tasks * arguments.step_s / sum(used.values()):.1f}", f"{num_bytes / 1e6 / wall_s:.0f}"]  # fmt: skip
+            f"{100 * starts_s / sum(used.values()):.1f}", f"{num_bytes / 1e6 / wall_s:.0f}"]  # fmt: skip
 
 
 TITLES = ("nodes", "tasks", "time (h)", "cores in use (%)", "longest chain of a building (h)", "most core time", "start of steps (%)",

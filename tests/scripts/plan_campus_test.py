@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """plan_campus.py: schedules whose lengths are known."""
 
+import json
 import unittest
 
-import fake_site  # noqa: F401  first: it makes the packages of scripts/ importable
+import fake_site
+from folder_case import FolderTest
 import plan_campus as plan
 
 
@@ -51,3 +53,22 @@ class PlanCampusTest(unittest.TestCase):
 
     def test_the_start_of_a_step_counts_once_per_task(self):
         self.assertAlmostEqual(made(self.SHARDS_THEN_ALL, step_s=1.0)[0], 11 + 41)
+
+
+class CommandTest(FolderTest):
+    TAKEN = {"wall_time_s": 2.0, "peak_memory_bytes": 10**8, "inputs": [], "outputs": [{"size_bytes": 10**6}]}
+
+    def run_plan(self, *receipts):
+        self.write("frames/report.json", json.dumps({"num_frames": 100}))
+        for unit, receipt in enumerate(receipts):
+            self.write(f"features/receipt_{unit:04}.json", json.dumps(receipt))
+        return fake_site.run("plan_campus.py", self.folder, "--buildings", 1, "--frames", 1000, "--nodes", 1, "--cores", 2, "--step-s", 0.1)
+
+    def test_prints_a_row_per_size_from_the_receipts(self):
+        said = self.run_plan(self.TAKEN, self.TAKEN)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("| 1 | 20 | 0.0 | 100 | 0.0 | features (100 %) | 4.8 | 0 |", said.stdout)  # 20 shards of 2.1 s, one at a time
+
+    def test_what_is_missing_or_damaged_is_told(self):
+        self.check_failed(self.run_plan(), "no receipts of a map; run make map")
+        self.check_failed(self.run_plan({"wall_time_s": 2.0}), "features: receipts: damaged")
