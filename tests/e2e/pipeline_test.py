@@ -267,11 +267,13 @@ class FailureTest(StubTest):
     def test_a_run_that_goes_on_is_told_by_status(self):
         self.make("map")
         change, shut = "SET=octree.resolution_m=0.1", self.site.folder / "shut"
+        journal = self.site.path("logs/journal.txt")
+        journal.unlink()  # so that what it says next is the second run's
         shut.touch()
         wait = "LAUNCH=sh -c 'while [ -e shut ]; do sleep 0.02; done; exec \"$$0\" \"$$@\"'"
         run = subprocess.Popen(self.site.command("map", change, wait), cwd=self.site.folder, env=environment(), stdout=subprocess.DEVNULL)
         try:
-            while not self.site.path("logs/journal.txt").exists() or "octree_0_0 begin" not in self.site.path("logs/journal.txt").read_text():
+            while not journal.exists() or "octree_0_0 begin" not in journal.read_text():
                 self.assertIsNone(run.poll())
                 time.sleep(0.02)
             said = self.make("status", change)

@@ -63,7 +63,7 @@ class LostNodeTest(SlurmTest):
         return sorted({text.split()[1] for text in texts if len(text.split()) == 2})
 
     def test_the_demo_is_the_same_when_a_node_is_lost_at_a_random_moment(self):
-        local = make("demo", FOLDER / "data", "map", "localize")
+        local = make("demo", FOLDER / "data", "map", "localize")  # the folder of demo_test, which also plans in it
         maps = Workspace().removed_after(self).folder / "maps"
         num_jobs = sum(path.parent.name not in ("plan", "drive") for path in local.glob("*/receipt*.json"))  # each begins and ends
         process = self.begin(REPOSITORY, "SITE=demo", f"DATA={FOLDER}/data", f"MAPS={maps}", f"BUILD={BUILD}", "map", "localize")
@@ -72,7 +72,8 @@ class LostNodeTest(SlurmTest):
             self.wait_for(lambda: len(self.journal(maps / "demo")) > after and self.working_nodes(maps / "demo"), process)
             self.cluster.lose(random.choice(self.working_nodes(maps / "demo") or slurm_cluster.NODES))
             self.end(process)
-            self.assertEqual(artifact_hashes(maps / "demo"), artifact_hashes(local))
+            expected = {name: one for name, one in artifact_hashes(local).items() if not name.startswith(("plan/", "drive/"))}
+            self.assertEqual(artifact_hashes(maps / "demo"), expected)
             self.assertEqual(list((maps / "demo/logs").glob("*.ended*")), [])
 
 
