@@ -51,14 +51,6 @@ def draw_trajectory(axes, estimate_m, truth_m=None, loops_m=()):
     axes.plot(*estimate_m[0, :2], "o", color=BLUE, ms=6)
 
 
-def trajectory_png(estimate_m, truth_m=None, loops_m=()):
-    figure, axes = map_axes("Trajectory from above (the dot is the first frame)")
-    draw_trajectory(axes, estimate_m, truth_m, loops_m)
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=9)
-    return to_png(figure)
-
-
 def error_png(x, x_name, errors_m, title=""):
     """Error of each pose after the alignment."""
     figure, axes = line_axes((7.5, 2.4), x_name, "error (cm)")
@@ -91,18 +83,3 @@ def draw_path(axes, path_m):
     axes.plot(path_m[:, 0], path_m[:, 1], color=RED, lw=2, label="path")
     axes.plot(*path_m[0, :2], "o", color=GREEN, ms=8, label="start")
     axes.plot(*path_m[-1, :2], "*", color=RED, ms=13, label="goal")
-
-
-def grid_png(grid, path_m=None, trajectory_m=None, located_m=None, mover="camera"):
-    """The occupancy grid with the way of the camera or of another mover, path and queries. Arguments may be None."""
-    figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
-    draw_grid(axes, grid)
-    if trajectory_m is not None:
-        axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=BLUE, lw=0.8, label=mover)
-    if located_m is not None and len(located_m):
-        axes.plot(located_m[:, 0], located_m[:, 1], "^", color=ORANGE, ms=5, label="queries")
-    if path_m is not None and len(path_m):
-        draw_path(axes, path_m)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
-    return to_png(figure)

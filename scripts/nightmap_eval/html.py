@@ -1,35 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small pieces of HTML. Every function escapes the text it is given."""
+"""Small pieces of HTML, and the page of them. Every function escapes the text it is given."""
 
 import base64
 import html
+import re
+from pathlib import Path
 
-STYLE = """
-:root { color-scheme: light dark; --line: #d8d8d8; --soft: #f5f6f8; --text: #1d2126;
-  --dim: #5d6671; --page: #fff; }
-@media (prefers-color-scheme: dark) {
-  :root { --line: #3a4048; --soft: #20252b; --text: #e4e7ea; --dim: #9aa4af; --page: #15181c; }
-}
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--text); background: var(--page);
-       max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.6rem; margin: 0; } h2 { font-size: 1.15rem; margin: 2.2rem 0 .6rem; }
-p.lead { font-size: 1.05rem; color: var(--dim); margin: .4rem 0 1.2rem; }
-table { border-collapse: collapse; font-size: .9rem; margin: .5rem 0; }
-th, td { text-align: left; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid var(--line);
-         vertical-align: top; font-variant-numeric: tabular-nums; }
-th { color: var(--dim); font-weight: 600; } td.number, th.number { text-align: right; }
-img { max-width: 100%; height: auto;
-      background: #fff; border: 1px solid var(--line); border-radius: 4px; }
-img.thumbnail { width: 150px; } .side { white-space: nowrap; } .side img { width: 120px; } .wide { overflow-x: auto; }
-details { margin: .35rem 0; } summary { cursor: pointer; }
-pre { background: var(--soft); padding: .7rem; overflow-x: auto;
-      font-size: .82rem; border-radius: 4px; }
-.failed { color: #c0392b; } .note { color: var(--dim); }
-"""
+PAGE = Path(__file__).parent / "page"
 
 
 class Raw(str):
     """Text that is already HTML."""
+
+
+class Section(Raw):
+    """A part of the page that opens; `title` is its name in the contents."""
+
+    title = ""
 
 
 def escape(value):
@@ -60,18 +47,32 @@ def _cell(value):
     return f"<td>{escape(value)}</td>"
 
 
+def data_uri(data, media_type="image/png"):
+    return f"data:{media_type};base64,{base64.b64encode(data).decode()}"
+
+
 def image(data, alt, css_class="", media_type="image/png"):
-    encoded = base64.b64encode(data).decode()
-    source = f"data:{media_type};base64,{encoded}"
-    return Raw(f'<img class="{css_class}" alt="{html.escape(alt)}" src="{source}">')
+    return Raw(f'<img class="{css_class}" alt="{html.escape(alt)}" src="{data_uri(data, media_type)}">')
 
 
-def section(title, *parts):
-    return Raw(f"<section><h2>{escape(title)}</h2>" + "".join(map(escape, parts)) + "</section>")
+def section(title, *parts, is_open=False):
+    state = " open" if is_open else ""
+    made = Section(f'<details class="section" id="{anchor(title)}"{state}><summary><h2>{escape(title)}</h2></summary>'
+                   + "".join(map(escape, parts)) + "</details>")  # fmt: skip
+    made.title = title
+    return made
+
+
+def anchor(title):
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
 
 def paragraph(text, css_class=""):
     return Raw(f'<p class="{css_class}">{escape(text)}</p>')
+
+
+def bullets(items):
+    return Raw('<ul class="plain">' + "".join(f"<li>{escape(item)}</li>" for item in items) + "</ul>")
 
 
 def folded(title, content):
@@ -82,12 +83,20 @@ def preformatted(text):
     return Raw(f"<pre>{escape(text)}</pre>")
 
 
-def page(title, lead, sections):
+def script(*names):
+    """Scripts of files beside the page's, in a scope of their own; nothing in them depends on the site."""
+    text = "\n".join((PAGE / name).read_text(encoding="utf-8") for name in names)
+    return Raw(f"<script>(() => {{\n{text}\n}})();</script>")
+
+
+def page(title, first, sections):
+    """The whole page: `first` is the screen that it opens with."""
+    links = "".join(f'<a href="#{anchor(part.title)}">{escape(part.title)}</a>' for part in sections)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>"
-        f'<h1>{escape(title)}</h1><p class="lead">{escape(lead)}</p>'
-        + "\n".join(sections)
-        + "</body></html>\n"
+        f"<title>{escape(title)}</title><style>{(PAGE / 'page.css').read_text(encoding='utf-8')}</style></head><body>"
+        f'<nav aria-label="Sections">{links}</nav>\n<main>\n{escape(first)}\n'
+        + "\n".join(map(escape, sections))
+        + f"\n</main>{script('page.js')}</body></html>\n"
     )

@@ -4,8 +4,7 @@
 import numpy as np
 
 from nightmap_eval import drawing, html
-from nightmap_eval.artifacts import Frames
-from nightmap_eval.loop_accuracy import read_loops
+from nightmap_eval.page.usual import USUAL_DEG, judged, usual_cm, usual_text
 from nightmap_eval.report_plan import drive_section, plan_section, read_if_made
 from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, rotation_matrices
 from nightmap_site.checked_reading import read_object
@@ -54,18 +53,6 @@ def truth_in_map(site, metrics):
     return truth
 
 
-def accepted_loops(site, estimate):
-    """Pairs of positions of the frames that each accepted loop joins."""
-    path = site.made("pose_graph", "loops_csv")
-    if not path:
-        return []
-    frames = Frames(site)
-    row_of_time = {int(t): row for row, t in enumerate(estimate.times_ns)}
-    row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in zip(frames.frame_idxs, frames.times_ns)}
-    loops = ([row_of_frame.get(row[end]) for end in ("frame_a", "frame_b")] for row in read_loops(path) if row["status"] == "accepted")
-    return [estimate.positions_m[ends] for ends in loops if None not in ends]
-
-
 def floor_paragraphs(site):
     """Explains z = 0, and why it may not be the floor; empty for an older map without this information."""
     path = site.made("map_frame", "report")
@@ -86,27 +73,22 @@ def trajectory_section(site, metrics):
     estimate = read_if_made(site, "map_frame")
     if estimate is None or len(estimate) == 0:
         return html.section("Trajectory", html.paragraph("The map_frame stage did not run.", "note"))
-    truth, loops = truth_in_map(site, metrics), accepted_loops(site, estimate)
-    parts = []
-    if truth is None:
-        picture = drawing.trajectory_png(estimate.positions_m, None, loops)
-    else:
+    truth, parts = truth_in_map(site, metrics), []
+    if truth is not None:
         pairs = associate(estimate.times_ns, truth.times_ns, FRAME_GAP_NS)
-        shown = truth.positions_m[pairs[:, 1]]
-        picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
-        errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
+        errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - truth.positions_m[pairs[:, 1]], axis=1)
         errors = drawing.error_png(pairs[:, 0], "frame with a pose", errors_m, "Position error of each frame, SE(3) alignment")
         parts.append(html.image(errors, "error of each frame"))
     parts += floor_paragraphs(site) + sensor_paragraphs(site)
-    return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
+    return html.section("Trajectory", *(parts or [html.paragraph("There is no truth to compare it with; the plan shows it.", "note")]))
 
 
-def ate_rows(trajectory, *more):
+def ate_rows(trajectory, path_length_m, *more):
     for name, title in (("se3", "ATE, SE(3) alignment"), ("sim3", "ATE, Sim(3) alignment")):
         values = trajectory[name]
-        shown = [100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max")]
+        rmse, *others = (100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max"))
         scale = f", scale {values['scale']:.4f}" if "scale" in values else ""
-        yield [title + scale, *shown, values["rotation_rmse_deg"], *more]
+        yield [title + scale, judged(rmse, usual_cm(path_length_m)), *others, judged(values["rotation_rmse_deg"], USUAL_DEG), usual_text(path_length_m), *more]
 
 
 def _relative_rows(trajectory):
@@ -141,8 +123,8 @@ def accuracy_section(metrics):
         note = "This site has no ground truth: the accuracy of the map is unknown."
         return html.section("Accuracy", html.paragraph(note, "note"))
     trajectory = metrics["trajectory"]
-    head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "frames")
-    parts = [html.table(head, ate_rows(trajectory, trajectory["num_pairs"]))]
+    head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "usual RMSE", "frames")
+    parts = [html.table(head, ate_rows(trajectory, metrics["coverage"]["path_length_m"], trajectory["num_pairs"]))]
     head = ("Motion", "RMSE (cm)", "median (cm)", "rotation RMSE (deg)", "median (deg)", "pairs")
     parts.append(html.table(head, _relative_rows(trajectory)))
     if metrics.get("map"):

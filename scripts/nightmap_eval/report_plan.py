@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the grids of the floors, the path planned on them, and its drive."""
+"""Sections of the report on the path planned on the grid of a floor, and its drive."""
 
 import re
 import tomllib
 
 import numpy as np
 
-from nightmap_eval import drawing, html
+from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.grid import read_grid
 from nightmap_eval.trajectory import MAX_POSITION_M, read_tum
-from nightmap_eval.walls_and_doors import read_floors
 from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_toml, using
 from nightmap_site.receipts import Hashes, Receipt
 from nightmap_site.script_errors import DataError, printable
@@ -71,26 +69,16 @@ def no_path_parts(site):
 
 
 def plan_section(site):
+    """The path on the plan, and what is wrong with it; None where the site cannot have one."""
     if not site.made("grid", "yaml"):
-        return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
-    ways = [None if way is None else way.positions_m for way in (read_if_made(site, job) for job in ("map_frame", "localize"))]
-    path_m, figures = read_path(site), read_path_figures(site)
-    number = figures.get("floor", 0)  # an older path names none
-    mover = () if site.has_camera() else ("robot",)
-    floors, parts = read_floors(site), []
-    for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
-        has_path = path_m is not None and floor["number"] == number
-        name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
-        if len(floors) > 1:
-            parts.append(html.paragraph(name))
-        shown = ways if floor["number"] == 0 else (None, None)  # the floor of map.yaml has the trajectory, named after who moved
-        grid = read_grid(site.folder_of("grid") / floor["yaml"])
-        parts.append(html.image(drawing.grid_png(grid, path_m if has_path else None, *shown, *mover), name))
-    if path_m is None and site.has("plan"):
-        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
-    parts += [html.paragraph(line) for line in narrow_lines(figures)]
+        return html.section("Path", html.paragraph("The grid stage did not run.", "note"))
+    if not site.has("plan"):
+        return None
+    parts = [] if read_path(site) is not None else [html.paragraph("No path: the plan stage did not run.", "note")]
+    parts += [html.paragraph(line) for line in narrow_lines(read_path_figures(site))]
     parts += [html.paragraph(note, "failed") for note in notes(site, "plan", "path")]
-    return html.section("Floor plan", *parts, *no_path_parts(site))
+    parts += no_path_parts(site)
+    return html.section("Path", *(parts or [html.paragraph("The plan above shows it.", "note")]))
 
 
 def drive_section(site):

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the run: verdict, a failed run, summary line, stages, loop closures, skipped items, configs."""
+"""Sections of the report on the run: a failed run, checks, jobs, loop closures, skipped items, configs."""
 
 from collections import Counter
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.metrics_json import laser_figures, lead_figures
+from nightmap_eval.metrics_json import lead_figures
+from nightmap_eval.page.first_screen import seconds_text, total_s
 from nightmap_eval.verdict.verdict import FORM, GOOD
 from nightmap_site.checked_reading import read_object, read_text
 
@@ -22,58 +23,19 @@ def run_sections(site, metrics, stages):
     ]
 
 
-def _time(seconds):
-    if seconds is None:
-        return "n/a"
-    return f"{seconds:.1f} s" if seconds < 600 else f"{seconds / 60:.1f} min"
-
-
-def _total_s(stages):
-    return sum(stage.wall_time_s() or 0.0 for stage in stages)
-
-
-def summary(metrics, stages):
-    """One line: the result of the run and the accuracy of the map."""
-    parts = []
-    coverage = lead_figures(metrics, "coverage")
-    if coverage:
-        parts.append(f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over {coverage['path_length_m']:.1f} m")
-    laser = laser_figures(metrics)
-    if laser:
-        parts.append(f"{laser['num_scans_with_pose']} of {laser['num_scans']} scans mapped over {laser['path_length_m']:.1f} m")
-    if stages:
-        parts.append(f"{_time(_total_s(stages))} of stage time")
-    trajectory = lead_figures(metrics, "trajectory")
-    if trajectory:
-        se3 = trajectory["se3"]
-        parts.append(f"trajectory error {100 * se3['ate_rmse_m']:.1f} cm and {se3['rotation_rmse_deg']:.1f} deg RMSE")
-    elif metrics:
-        parts.append("no ground truth, accuracy unknown")
-    if "queries" in metrics:
-        queries, recall = metrics["queries"], metrics["queries"].get("recall_5cm_5deg_percent")
-        parts.append(f"{queries['num_located']} of {queries['num_queries']} queries located"
-                     + ("" if recall is None else f", {recall:.0f} % within 5 cm and 5 deg"))  # fmt: skip
-    if "loops" in metrics:
-        loops = metrics["loops"]
-        parts.append(f"loops: {loops['num_accepted']} accepted, {loops['num_rejected']} rejected")
-    num_skipped = sum(len(stage.skipped()) for stage in stages)
-    parts.append(f"{num_skipped} items skipped")
-    return "; ".join(parts) + "."
-
-
 def stage_section(stages):
     if not stages:
-        return html.section("Stages", html.paragraph("No receipts and no reports.", "note"))
-    head = ("stage", "runs", "wall time", "peak memory", "figures")
+        return html.section("Time and memory", html.paragraph("No receipts and no reports.", "note"))
+    head = ("job", "runs", "wall time", "peak memory", "figures")
     rows = []
     for stage in stages:
         memory, figures = stage.peak_memory_bytes(), ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
-        rows.append([stage.name, stage.num_runs, _time(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures])
-    rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
+        rows.append([stage.name, stage.num_runs, seconds_text(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures])
+    rows.append(["all", sum(stage.num_runs for stage in stages), seconds_text(total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
     if any(receipt.get("build_type") == "Debug" for stage in stages for receipt in stage.receipts):
         parts.append(html.paragraph("These times come from a Debug build; they do not show the speed of nightmap.", "failed"))
-    return html.section("Stages", *parts)
+    return html.section("Time and memory", *parts)
 
 
 def skipped_section(metrics, stages):
@@ -114,20 +76,27 @@ def failure_section(failure):
     stale = failure["out_of_date"]
     parts.append(html.paragraph(f"{failure['num_out_of_date']} runs of jobs are out of date or were never made:"))
     parts.append(html.preformatted("\n".join(stale)))
-    return html.section("The last run", *parts)
+    return html.section("The last run", *parts, is_open=True)
 
 
-def verdict_parts(site):
-    """The beginning of the page's first line, and sections, of verdict.json of the map, else that of the recording; nothing without both."""
+def read_verdict(site):
+    """The verdict.json of the map, else that of the recording; None without both."""
     path = site.made("verdict", "verdict") or site.made("check", "verdict")
-    if not path:
-        return "", []
-    verdict = read_object(path, FORM)
+    return read_object(path, FORM) if path else None
+
+
+def checks_section(verdict):
+    """Checks that failed come first, with their advice; the others are folded."""
+    header = ("check", "verdict", "value", "unit", "good", "reason of the limit")
     failed = [item for item in verdict["checks"] if item["verdict"] != GOOD]
-    advice = [html.paragraph(f"{item['name']}: {item['advice']}", "failed") for item in failed]
-    rows = [(item["name"], item["verdict"], item.get("value", "not known"), item["unit"], item["limit"], item["reason"]) for item in verdict["checks"]]
-    table = html.table(("check", "verdict", "value", "unit", "good", "reason of the limit"), rows)
-    return f"Verdict: {verdict['verdict']}. ", [html.section(f"Verdict: {verdict['verdict']}", *advice, table)]
+    good = [item for item in verdict["checks"] if item["verdict"] == GOOD]
+    advice = [html.paragraph(f"{item['name']}: {item['advice']}", "failed") for item in failed if item["advice"]]
+    parts = [*advice, html.table(header, map(_check_row, failed))] if failed else []
+    return html.section("Checks", *parts, html.folded(f"{len(good)} checks that are good", html.table(header, map(_check_row, good))))
+
+
+def _check_row(item):
+    return item["name"], item["verdict"], item.get("value", "not known"), item["unit"], item["limit"], item["reason"]
 
 
 def loop_section(site):

@@ -21,7 +21,8 @@ CONTROL, SHIFT = 2, 8  # what a key is held with
 
 
 class DrivenPage:
-    """The page of a file. downloads: folder that it downloads to. The test fails at its end when the page had an error."""
+    """The page of a file. downloads: folder that it downloads to. The test fails at its end when the page had an error, or asked for
+    anything outside."""
 
     def __init__(self, test, path, size_px=(1200, 900)):
         self._test, self._number, self._received, self.errors = test, 0, b"", []
@@ -43,7 +44,7 @@ class DrivenPage:
         self._session = None
         [target] = [item for item in self.call("Target.getTargets")["targetInfos"] if item["type"] == "page"]
         self._session = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Log", "DOM"):
+        for domain in ("Page", "Runtime", "Log", "DOM", "Network"):
             self.call(f"{domain}.enable")
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=self.downloads)
         self.call("Page.navigate", url=path.resolve().as_uri())
@@ -79,6 +80,8 @@ class DrivenPage:
         if event.get("method") == "Runtime.exceptionThrown":
             thrown = details["exceptionDetails"]
             self.errors.append(thrown.get("exception", {}).get("description", thrown["text"]))
+        if event.get("method") == "Network.requestWillBeSent" and not details["request"]["url"].startswith(("data:", "blob:", "file:")):
+            self.errors.append(f"a request of {details['request']['url'][:200]}")
         if event.get("method") == "Log.entryAdded" and details["entry"]["level"] == "error":
             self.errors.append(details["entry"]["text"])
 
@@ -130,7 +133,7 @@ class DrivenPage:
         self.mouse("mouseReleased", at, "left")
 
     def key(self, key, modifiers=0):
-        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13}.get(key) or ord(key.upper())
+        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}.get(key) or ord(key.upper())
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, modifiers=modifiers)
 

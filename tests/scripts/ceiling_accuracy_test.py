@@ -72,7 +72,7 @@ class CeilingSiteTest(SiteFolderTest):
         figures = self.figures()
         self.assertEqual((figures["trajectory"]["num_frames_with_truth"], figures["trajectory"]["num_missing"]), (60, 6))
         self.assertEqual(figures["coverage"]["frames_without_pose"], list(range(54, 60)))
-        self.assertIn("54 of 60 frames mapped", self.report())
+        self.assertIn("<dd>54 of 60 over", self.report())
 
     def test_the_wheels_alone_are_compared(self):
         drifting, worse = self.estimate.copy(), ceiling_site.drive()
@@ -133,9 +133,9 @@ class CeilingSiteTest(SiteFolderTest):
     def test_the_page_has_map_figures_and_errors(self):
         self.figures()
         page = self.report()
-        titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
+        titles = re.findall(r"<summary><h2>([^<]*)</h2>", page)
         self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling",
-                                  "Picture of the ceiling", "Stages", "Skipped items", "Configs"])  # fmt: skip
+                                  "Picture of the ceiling", "Time and memory", "Skipped items", "Configs", "Files"])  # fmt: skip
         self.assertEqual(page.count("<img"), 4)
         for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses",
                      "Landmarks against the exact ceiling"):  # fmt: skip

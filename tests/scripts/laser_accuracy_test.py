@@ -13,7 +13,7 @@ import laser_site
 from fake_site import rotation_about, write_tum
 from folder_case import FolderTest
 from nightmap_eval.laser import laser_accuracy
-from nightmap_eval.laser.report_laser import loop_ends
+from nightmap_eval.ways import loop_ends
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion
 from nightmap_site.script_errors import DataError
@@ -138,10 +138,10 @@ class LaserSiteTest(laser_site.LaserFolderTest):
         (self.site_dir / "frames" / "relations.txt").write_text("1 2 0 0 0 0 0 0\n1.5 3 0 0 0 0 0 0\n")
         self.metrics()
         page = self.report()
-        titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Floor plan", "Laser map", "Accuracy of the laser map", "Position error", "Objects", "Stages",
-                                  "Loop closures", "Skipped items", "Configs"])  # fmt: skip
-        self.assertIn("401 of 401 scans mapped over 37.7 m", page)
+        titles = re.findall(r"<summary><h2>([^<]*)</h2>", page)
+        self.assertEqual(titles, ["Path", "Accuracy of the laser map", "Position error", "Objects", "Time and memory", "Loop closures",
+                                  "Skipped items", "Configs", "Files"])  # fmt: skip
+        self.assertIn("<dt>scans mapped</dt><dd>401 of 401 over 37.7 m</dd>", page)
         self.assertIn("Squared rotation (deg2)", page)
         self.assertEqual(self.report(), page)
 
@@ -162,7 +162,7 @@ class LaserSiteTest(laser_site.LaserFolderTest):
         kept = estimate.select([i for i in range(401) if i != 300])  # a loop of a pose that the map has not is not drawn
         self.assertEqual(list(map(len, loop_ends(Site(self.site_dir), kept))), [1, 0])
         (self.site_dir / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,401,accepted,\n")
-        self.check_refused("report.py", "loops.csv:2: pose 401 of 401")
+        self.check_refused("report.py", "loops.csv:2: joins 0 and 401, one of which the site has not")
 
     def test_damaged_figures_are_named(self):
         laser_site.write_site(self.site_dir)

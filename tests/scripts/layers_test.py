@@ -50,12 +50,12 @@ class LayersTest(unittest.TestCase):
     def test_eval_stands_on_site(self):
         self.assertEqual([name for name in reached_from("nightmap_eval") if file_of(name)], ["nightmap_site"])
 
-    def test_wings_know_the_verdict_and_what_all_share(self):
+    def test_wings_know_the_verdict_the_page_and_what_all_share(self):
         wings = {path.name for path in (SCRIPTS / "nightmap_eval").iterdir() if any(path.glob("*.py"))}
         self.assertLessEqual({"camera", "labels", "laser", "verdict"}, wings)
         for path in (SCRIPTS / "nightmap_eval").rglob("*.py"):
             used = {module.split(".")[1] for module in imports_of(path) if module.startswith("nightmap_eval.")} & wings
-            self.assertLessEqual(used, {path.parent.name, "verdict"}, path.relative_to(SCRIPTS))
+            self.assertLessEqual(used, {path.parent.name, "verdict", "page"}, path.relative_to(SCRIPTS))
 
     def test_make_starts_fast(self):
         self.assertEqual(NEVER_BEFORE_MAKE & reached_from("nightmap_make"), set())

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""nearest_frames.py: which keyframes are shown beside a located picture."""
+"""Keyframes that are shown beside a located picture."""
 
 from folder_case import FolderTest
-from nightmap_eval.camera.report_queries import nearest_frames
+from nightmap_eval.camera.report_queries import nearest_keyframes
 from nightmap_site.site import Site
 
 TURNED_180 = "0 1 0 0"  # about y: the camera looks back
@@ -24,7 +24,8 @@ class NearestFramesTest(FolderTest):
         header = "query_idx,time_ns,color_path,status,reason,tx_m,ty_m,tz_m,qx,qy,qz,qw\n"
         text = "".join(f"{i},{10 + i},q{i}.png,{row}\n" for i, row in enumerate(rows))
         (self.folder / "localize" / "queries.csv").write_text(header + text)
-        return nearest_frames(Site(self.folder), 2)
+        nearest = nearest_keyframes(Site(self.folder))
+        return {idx: nearest.near(*nearest.pose_of({"query_idx": idx}), 2) for idx in nearest.pose_of_query} if nearest else {}
 
     def test_place_and_view_both_count(self):
         found = self.locate("located,,0.9,0,0,0,0,0,1", "not_in_map,few inliers,,,,,,,", "located,,0.9,0,0,0,1,0,0")

@@ -13,7 +13,8 @@ from PIL import Image
 import laser_site
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_eval.laser import report_laser
-from nightmap_eval.laser.report_laser import cells_png, objects_section
+from nightmap_eval.laser.report_laser import objects_section
+from nightmap_eval.page.floor_map import GRAYS, cells_png
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 
@@ -49,7 +50,7 @@ class ObjectsSectionTest(laser_site.LaserFolderTest):
         self.assertEqual((data["max_size_m"], data["files"]), (4.0, []))
         picture = Image.open(io.BytesIO(base64.b64decode(grid["png"].removeprefix("data:image/png;base64,"))))
         cells = read_grid(self.site_dir / "grid" / "map.yaml").cells
-        np.testing.assert_array_equal(np.asarray(picture.convert("L")) == report_laser.GRAYS[OCCUPIED], cells[::-1] == OCCUPIED)
+        np.testing.assert_array_equal(np.asarray(picture.convert("L")) == GRAYS[OCCUPIED], cells[::-1] == OCCUPIED)
 
     def test_each_state_of_a_cell_has_its_gray_from_the_top_row_on(self):
         picture = Image.open(io.BytesIO(cells_png(np.array([[FREE, OCCUPIED], [UNKNOWN, FREE]], np.uint8))))

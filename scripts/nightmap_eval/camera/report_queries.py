@@ -5,6 +5,7 @@ import numpy as np
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import Frames, read_csv, to_ints
+from nightmap_eval.camera.query_pictures import query_pictures
 from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM, read_located
 from nightmap_eval.trajectory import read_tum, rotation_matrices
@@ -18,13 +19,11 @@ DEG_PER_M = 30  # a view that is turned by this shows about as much else as one 
 
 def query_rows(site, metrics):
     """One dictionary per query, with its errors if known; None when localize did not run."""
-    if "rows" in metrics.get("queries", {}):
-        return metrics["queries"]["rows"]
-    path = site.made("localize", "queries")
+    path, errors = site.made("localize", "queries"), {row["query_idx"]: row for row in metrics.get("queries", {}).get("rows", [])}
     if not path:
-        return None
+        return list(errors.values()) or None
     rows = read_csv(path, ("query_idx", "color_path", "status", "reason"))
-    return [row | {"query_idx": int(idx)} for row, idx in zip(rows, to_ints(rows, "query_idx", path))]
+    return [row | {"query_idx": int(idx)} | errors.get(int(idx), {}) for row, idx in zip(rows, to_ints(rows, "query_idx", path))]
 
 
 def choose(rows, count):
@@ -75,7 +74,15 @@ def _query_row(row, is_asked):
         status = html.Raw(f'<span class="failed">{html.escape(status)}</span>')
     errors = [row.get(name) for name in ("translation_error_cm", "rotation_error_deg")]
     shown = [html.number(value) if value is not None else "" for value in errors]
-    return [name, status, *shown, row["reason"]]
+    return [name, status, *_pose(row), *shown, row["reason"]]
+
+
+def _pose(row):
+    """Cells of where a located query is and how sure that is, as far as the rows say it."""
+    position = [row.get(f"t{axis}_m") for axis in "xyz"]
+    sigmas = [(row.get("position_sigma_m"), 100), (row.get("rotation_sigma_deg"), 1)]
+    return [", ".join(f"{float(value):.2f}" for value in position) if all(position) else "",
+            *(html.number(scale * float(value)) if value else "" for value, scale in sigmas)]  # fmt: skip
 
 
 def query_section(site, metrics, data):
@@ -84,23 +91,26 @@ def query_section(site, metrics, data):
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
     parts = list(_figures(metrics["queries"])) if "queries" in metrics else []
     asked, asks = asked_names(site), site.pipeline.asks
-    head = (asks.removesuffix("s"), "status", "error (cm)", "error (deg)", "reason")
+    head = (asks.removesuffix("s"), "status", "x, y, z (m)", "sigma (cm)", "sigma (deg)", "error (cm)", "error (deg)", "reason")
     of_query, own = ([row for row in rows if (row["color_path"] in asked) == which] for which in (True, False))
     chosen = [*of_query, *choose(own, MAX_PICTURES)]
     shown = [_query_row(row, row["color_path"] in asked) for row in chosen]
+    nearest = nearest_keyframes(site) if asks == "pictures" else None
     if asks == "pictures":
-        nearest = nearest_frames(site, NUM_NEAREST)
         head = ("", "nearest in the map", *head)
-        beside = [" ".join(html.escape(thumbnail(data, path)) for path in nearest.get(row["query_idx"], [])) for row in chosen]
+        paths = [nearest.near(*nearest.pose_of(row), NUM_NEAREST) if nearest and row["status"] == "located" else [] for row in chosen]
+        beside = [" ".join(html.escape(thumbnail(data, path)) for path in of_row) for of_row in paths]
         shown = [[thumbnail(data, row["color_path"]), html.Raw(f'<span class="side">{pictures}</span>'), *cells]
                  for row, pictures, cells in zip(chosen, beside, shown)]  # fmt: skip
-    parts.append(html.table(head, shown))
+    parts += [html.table(head, shown), *query_pictures(site, data, chosen, nearest)]
     if len(own) > MAX_PICTURES:
         parts.append(html.paragraph(f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample.", "note"))
     return html.section("Queries", *parts)
 
 
 class NearestFrames:
+    """Keyframes of the map by place and direction of view, and the poses of the located queries."""
+
     def __init__(self, site):
         keyframes, frames = read_tum(site.path("map_frame", "keyframes")), Frames(site)
         path_at = {time_ns: row["color_path"] for time_ns, row in zip(frames.times_ns, frames.rows)}
@@ -108,25 +118,29 @@ class NearestFrames:
         self.color_paths = [path_at[int(time_ns)] for time_ns in self.keyframes.times_ns]
         self.views = self.keyframes.rotations()[:, :, 2]
 
+        rows, times_ns, self.located = read_located(site.path("localize", "queries"))
+        pose_at = {int(time_ns): i for i, time_ns in enumerate(self.located.times_ns)}
+        self.pose_of_query = {int(row["query_idx"]): pose_at[int(time_ns)] for row, time_ns in zip(rows, times_ns) if int(time_ns) in pose_at}
+
+    def pose_of(self, row):
+        """(position (3,), quaternion (4,)) of a located query."""
+        pose = self.pose_of_query[row["query_idx"]]
+        return self.located.positions_m[pose], self.located.quaternions[pose]
+
     def near(self, position_m, quaternion, count):
         """color_path of the `count` keyframes whose place and direction of view are the nearest."""
+        return [self.color_paths[i] for i in self._rows_near(position_m, quaternion, count)]
+
+    def times_near(self, position_m, quaternion, count):
+        return [int(self.keyframes.times_ns[i]) for i in self._rows_near(position_m, quaternion, count)]
+
+    def _rows_near(self, position_m, quaternion, count):
         distances_m = np.linalg.norm(self.keyframes.positions_m - position_m, axis=1)
         cosines = self.views @ rotation_matrices(quaternion[None])[0][:, 2]
         apart = distances_m + np.degrees(np.arccos(np.clip(cosines, -1, 1))) / DEG_PER_M
-        return [self.color_paths[i] for i in np.argsort(apart, kind="stable")[:count]]
+        return np.argsort(apart, kind="stable")[:count]
 
 
-def nearest_frames(site, count):
-    """query_idx -> color_path of the nearest keyframes, of the located pictures; empty without a map."""
-    path = site.made("localize", "queries")
-    if not path or not site.made("map_frame", "keyframes"):
-        return {}
-    frames = NearestFrames(site)
-    rows, times_ns, located = read_located(path)
-    poses = {int(time_ns): i for i, time_ns in enumerate(located.times_ns)}
-    found = {}
-    for row, time_ns in zip(rows, times_ns):
-        pose = poses.get(int(time_ns))
-        if pose is not None:
-            found[int(row["query_idx"])] = frames.near(located.positions_m[pose], located.quaternions[pose], count)
-    return found
+def nearest_keyframes(site):
+    """A NearestFrames; None without a map or located queries."""
+    return NearestFrames(site) if site.made("localize", "queries") and site.made("map_frame", "keyframes") else None

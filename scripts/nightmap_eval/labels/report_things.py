@@ -13,11 +13,11 @@ from nightmap_eval.labels.report_labels import draw, floor_from_above
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
 from nightmap_eval.labels.things import read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
+from nightmap_eval.page.floor_map import Layer, area, label
 from nightmap_eval.pictures import jpeg, open_picture
-from nightmap_eval.walls_and_doors import read_floors
+from nightmap_eval.walls_and_doors import floor_below, read_floors
 
 TITLE = "Things"
-FLOOR_REACH_M = 0.5  # a thing stands on the highest floor that is at most so far above its bottom
 OPACITY = 0.45  # of the classes below the boxes
 MAX_PICTURES = 24
 FONT_PT, LINE_PT, LETTER_PT = 6, 7, 3.5
@@ -43,11 +43,16 @@ def sections(site, metrics):
     return [html.section(TITLE, *said, *_table(site, things), *_accuracy(metrics))]
 
 
+def layers(site, plan):
+    layer = Layer("things")
+    for thing in read_things(site) or []:
+        floor = floor_of(thing, plan.floors)["number"]
+        layer.add(floor, area([thing.box.corners_m()], "box", thing.name) + label(*thing.box.centre_m[:2], thing.name))
+    return [layer]
+
+
 def floor_of(thing, floors):
-    """The highest floor that is not above the thing; the lowest where all are."""
-    bottom_m = thing.box.centre_m[2] - thing.box.half_size_m[2]
-    below = [floor for floor in floors if floor["height_m"] <= bottom_m + FLOOR_REACH_M]
-    return max(below, key=lambda floor: floor["height_m"]) if below else min(floors, key=lambda floor: floor["height_m"])
+    return floor_below(floors, thing.box.centre_m[2] - thing.box.half_size_m[2])
 
 
 def _floor_png(site, floor, voxels, things):

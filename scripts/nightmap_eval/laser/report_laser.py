@@ -1,24 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the map that a site made of laser scans: the grid with the robot's way, and its figures."""
+"""Sections of the report on the map that a site made of laser scans: its figures, and its objects."""
 
-import base64
-import io
 import json
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+import yaml
 
 from nightmap_eval import drawing, html
-from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.laser_accuracy import STRETCHES_M
-from nightmap_eval.loop_accuracy import read_loops
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
+from nightmap_eval.page.floor_map import Layer, area, cells_png
 from nightmap_eval.report_map import ate_rows, building_rows
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
 from nightmap_eval.trajectory_errors import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
 from nightmap_eval.walls_and_doors import read_floors
-from nightmap_site.checked_reading import REMEDY, check, read_text, read_toml
+from nightmap_site.checked_reading import check, read_text, read_toml, using
 from nightmap_site.script_errors import DataError
 
 LOOP_ROWS = (("num_accepted", "Loops accepted"), ("num_rejected", "Loops rejected"), ("num_false_accepted", "False loops accepted"))
@@ -37,58 +35,32 @@ RELATION_ROWS = (
 DEFAULT_MAX_SIZE_M = 4.0  # of max_object_size_m
 PARTS = ("objects_file.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
 START = 'new ObjectsEditor(document.getElementById("objects"), JSON.parse(document.getElementById("objects-data").textContent));'
-GRAYS = {UNKNOWN: 200, FREE: 255, OCCUPIED: 32}
+OBJECT_KEYS = ("x_m", "y_m", "size_x_m", "size_y_m", "angle_deg")
+SIGNS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
 def sections(site, metrics):
     figures = laser_figures(metrics)
-    made = (map_section(site), figures_section(figures), error_section(site, figures), objects_section(site))
+    made = (figures_section(figures), error_section(site, figures), objects_section(site))
     return [section for section in made if section]
 
 
-def loop_ends(site, estimate):
-    """(accepted, rejected) loops: pairs of positions in the map frame. loops.csv numbers the poses of pose_graph."""
-    path, poses = site.made("pose_graph", "loops_csv"), site.made("pose_graph", "trajectory")
-    if not (path and poses):
-        return [], []
-    times_ns = read_tum(poses).times_ns
-    row_of_time = {int(time_ns): row for row, time_ns in enumerate(estimate.times_ns)}
-    loops = {True: [], False: []}
-    for number, row in enumerate(read_loops(path), 2):
-        ends = row["frame_a"], row["frame_b"]
-        if not all(0 <= end < len(times_ns) for end in ends):
-            raise DataError(f"{path}:{number}: pose {max(ends, key=abs)} of {len(times_ns)} in {poses}; {REMEDY}")
-        rows = [row_of_time.get(int(times_ns[end])) for end in ends]
-        if None not in rows:
-            loops[row["status"] == "accepted"].append(estimate.positions_m[rows])
-    return loops[True], loops[False]
+def layers(site, plan):
+    """Objects in use, else those that the job `objects` proposes."""
+    layer = Layer("objects")
+    for _, path in sources(site)[:1]:
+        with using(path, "correct it, or name another file"):
+            file = yaml.load(read_text(path), yaml.BaseLoader)
+            for item in file["objects"]:
+                values = {key: float(item[key]) for key in OBJECT_KEYS}
+                layer.add(0, area([_corners_m(**values)], "box", item["name"]))
+    return [layer]
 
 
-def map_section(site):
-    """The grid with the robot's way, keyscans and loops; None without a trajectory."""
-    path, yaml = site.made("map_frame", "trajectory"), site.made("grid", "yaml")
-    estimate = read_tum(path) if path else ()
-    if len(estimate) == 0:
-        return html.section("Laser map", html.paragraph("The map_frame stage did not run.", "note"))
-    keyscans = site.made("map_frame", "keyframes")
-    accepted, rejected = loop_ends(site, estimate)
-    figure, axes = drawing.map_axes("Grid, the robot's way (the dot is the first scan) and its loops")
-    if yaml:
-        drawing.draw_grid(axes, read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
-    drawing.draw_trajectory(axes, estimate.positions_m)
-    if keyscans:
-        shown = read_tum(keyscans).positions_m
-        axes.plot(shown[:, 0], shown[:, 1], ".", color=drawing.ORANGE, ms=2.5, label=f"keyscans ({len(shown)})")
-    draw_loops(axes, rejected, "rejected loops", color=drawing.RED, ls=":", lw=1)
-    draw_loops(axes, accepted, "accepted loops", color=drawing.GREEN, lw=1)
-    axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
-    return html.section("Laser map", html.image(drawing.to_png(figure), "grid with the robot's way and its loops"))
-
-
-def draw_loops(axes, loops, name, **style):
-    """Above the way, since most loops join places that are near."""
-    for i, ends in enumerate(loops):
-        axes.plot(ends[:, 0], ends[:, 1], zorder=3, alpha=0.8, label=f"{name} ({len(loops)})" if i == 0 else None, **style)
+def _corners_m(x_m, y_m, size_x_m, size_y_m, angle_deg):
+    half, angle = np.array([size_x_m, size_y_m]) / 2, np.radians(angle_deg)
+    axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return np.array([x_m, y_m]) + (SIGNS * half) @ axes
 
 
 def figures_section(figures):
@@ -98,8 +70,8 @@ def figures_section(figures):
     parts = [html.table(("", ""), _count_rows(figures))]
     if "trajectory" in figures:
         trajectory = figures["trajectory"]
-        head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)")
-        parts.append(html.table(head, ate_rows(trajectory)))
+        head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "usual RMSE")
+        parts.append(html.table(head, ate_rows(trajectory, figures["path_length_m"])))
         head = ("Motion over", *(f"{name} (cm)" for name in ("mean", "median", "90 %")),
                 *(f"{name} (deg)" for name in ("mean", "median", "90 %")), "stretches", "missing")  # fmt: skip
         parts.append(html.table(head, _stretch_rows(trajectory)))
@@ -212,7 +184,7 @@ def editor_html(grid, files, longest_m):
     """HTML of the editor with its script. files: title, name and text of each file that can be opened; the first is. longest_m: of a
     side."""
     rows, columns = grid.cells.shape
-    shown = {"png": f"data:image/png;base64,{base64.b64encode(cells_png(grid.cells)).decode()}", "rows": rows, "columns": columns,
+    shown = {"png": html.data_uri(cells_png(grid.cells)), "rows": rows, "columns": columns,
              "resolution_m": grid.resolution_m, "origin_x_m": grid.origin_x_m, "origin_y_m": grid.origin_y_m,
              "origin_yaw_rad": grid.origin_yaw_rad}  # fmt: skip
     # No name can end it: the browser looks for tags in it before it reads it.
@@ -222,12 +194,3 @@ def editor_html(grid, files, longest_m):
     return ((folder / "objects_editor.html").read_text(encoding="utf-8")
             + f'<script type="application/json" id="objects-data">{in_script}</script>\n'
             + f"<script>(() => {{\n{script}\n}})();</script>")  # fmt: skip
-
-
-def cells_png(cells):
-    """A pixel per cell, the top row first."""
-    picture = Image.fromarray(cells[::-1].copy(), "P")
-    picture.putpalette([GRAYS[state] for state in sorted(GRAYS) for _ in range(3)])
-    buffer = io.BytesIO()
-    picture.save(buffer, "PNG", optimize=True, bits=2)
-    return buffer.getvalue()

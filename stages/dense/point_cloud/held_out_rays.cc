@@ -73,27 +73,29 @@ class RayTest {
 
 }  // namespace
 
-RayAgreement TestRays(const std::vector<HeldOutRay>& rays,
-                      const VoxelSums& cloud,
-                      double voxel_size_m,
-                      int num_threads) {
-  std::vector<RayAgreement> jobs((rays.size() + kRaysPerJob - 1) / kRaysPerJob);
-  ParallelFor(jobs.size(), num_threads, [&](std::size_t job) {
+std::vector<RayEnd> TestRays(const std::vector<HeldOutRay>& rays,
+                             const VoxelSums& cloud,
+                             double voxel_size_m,
+                             int num_threads) {
+  std::vector<RayEnd> ends(rays.size());
+  const std::size_t num_jobs = (rays.size() + kRaysPerJob - 1) / kRaysPerJob;
+  ParallelFor(num_jobs, num_threads, [&](std::size_t job) {
     const std::size_t end = std::min((job + 1) * kRaysPerJob, rays.size());
     for (std::size_t i = job * kRaysPerJob; i < end; ++i) {
       const RayTest test(rays[i], cloud, voxel_size_m);
-      const bool is_blocked = test.IsBlocked();
-      jobs[job].num_blocked += is_blocked ? 1 : 0;
-      jobs[job].num_agreeing += !is_blocked && test.EndsOnTheCloud() ? 1 : 0;
+      ends[i] = test.IsBlocked()        ? RayEnd::kBlocked
+                : test.EndsOnTheCloud() ? RayEnd::kOnTheCloud
+                                        : RayEnd::kNowhere;
     }
   });
-  RayAgreement all;
-  all.num_rays = rays.size();
-  for (const RayAgreement& job : jobs) {
-    all.num_agreeing += job.num_agreeing;
-    all.num_blocked += job.num_blocked;
-  }
-  return all;
+  return ends;
+}
+
+RayAgreement AgreementOf(const std::vector<RayEnd>& ends) {
+  const auto count = [&](RayEnd end) {
+    return static_cast<std::size_t>(std::ranges::count(ends, end));
+  };
+  return {ends.size(), count(RayEnd::kOnTheCloud), count(RayEnd::kBlocked)};
 }
 
 }  // namespace nightmap

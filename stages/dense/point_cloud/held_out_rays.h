@@ -24,10 +24,15 @@ struct HeldOutRay {
   std::uint8_t fold = 0;   // one bit, see VoxelSum::folds
 };
 
+enum class RayEnd : std::uint8_t {
+  kOnTheCloud,  // and the ray passes nothing before it
+  kBlocked,     // the ray passes through a surface of the cloud
+  kNowhere,     // where the cloud has no surface
+};
+
 struct RayAgreement {
   std::size_t num_rays = 0;
-  std::size_t num_agreeing = 0;  // rays that end on the cloud and pass nothing before it
-  // Rays that pass through a surface of the cloud; the rest end where there is none.
+  std::size_t num_agreeing = 0;  // kOnTheCloud
   std::size_t num_blocked = 0;
 };
 
@@ -35,9 +40,11 @@ struct RayAgreement {
 // point's plane by more than the tolerance. It agrees when a point in the voxels around its end has
 // a plane within the tolerance of the end. `cloud` has normals as directions. Nothing blocks
 // outside the cloud. Same result at any number of threads.
-RayAgreement TestRays(const std::vector<HeldOutRay>& rays,
-                      const VoxelSums& cloud,
-                      double voxel_size_m,
-                      int num_threads);
+std::vector<RayEnd> TestRays(const std::vector<HeldOutRay>& rays,
+                             const VoxelSums& cloud,
+                             double voxel_size_m,
+                             int num_threads);
+
+RayAgreement AgreementOf(const std::vector<RayEnd>& ends);
 
 }  // namespace nightmap

@@ -13,6 +13,7 @@ void Run(const PointCloudOptions& options, StageContext& context) {
   const KeyframeSource source = OpenTile(context, options.keyframe_stride, options.max_depth_m);
   const auto result = RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
   WritePly(context.Output("tile_cloud"), result.points);
+  WriteFile(context.Output("places"), PlacesToCsv(result.places));
   context.Report()["num_keyframes_listed"] = source.keyframes.size();
   ReportTile(result, context);
 }
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
                          "shard_NNNN.h5 of masks: what moves in the frames",
                          Arity::kAnyNumber,
                          PortKind::kByHash}},
-                       {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile"}}};
+                       {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile"},
+                        {"places", "places_X_Y.csv: quality of that part by place"}}};
   return StageMain(argc, argv, spec, PointCloudOptions{}, Run);
 }

@@ -89,12 +89,16 @@ std::vector<CloudPoint> ToCloud(const VoxelSums& sums,
   return points;
 }
 
-// Quantiles of the flat points' thickness.
-void MeasureThickness(const MapRegion& region, const Surface& surface, PointCloudResult& result) {
+// Quantiles of the flat points' thickness, in all and by place.
+void MeasureThickness(const MapRegion& region,
+                      const Surface& surface,
+                      PointCloudResult& result,
+                      PlaceQualities& places) {
   std::vector<float> values_m;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
     if (surface.thickness_m[i] >= 0 && Owns(region, surface.points[i])) {
       values_m.push_back(surface.thickness_m[i]);
+      places.AddFlat(surface.points[i].Position(), surface.thickness_m[i]);
     }
   }
   if (values_m.empty()) return;
@@ -136,9 +140,15 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                      options.surface_radius_m,
                                      options.project_to_surface,
                                      num_threads);
-  MeasureThickness(source.region, surface, result);
+  PlaceQualities places;
+  MeasureThickness(source.region, surface, result, places);
   const VoxelSums cloud = MergeToVoxels(surface.points, options.voxel_size_m);
-  result.held_out = TestRays(fused.rays, cloud, options.voxel_size_m, num_threads);
+  const auto ends = TestRays(fused.rays, cloud, options.voxel_size_m, num_threads);
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    places.AddRay(fused.rays[i].end, ends[i] == RayEnd::kOnTheCloud);
+  }
+  result.held_out = AgreementOf(ends);
+  result.places = places.Places();
   result.points = ToCloud(cloud, options.voxel_size_m, source.region.inside);
   return result;
 }

@@ -12,6 +12,7 @@
 #include "pipeline/dense/ply_io.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "stages/dense/point_cloud/held_out_rays.h"
+#include "stages/dense/point_cloud/place_quality.h"
 
 namespace nightmap {
 
@@ -49,7 +50,8 @@ struct PointCloudResult {
   // and 90th percentile. 0 where nothing is flat.
   double plane_thickness_median_m = 0;
   double plane_thickness_p90_m = 0;
-  RayAgreement held_out;  // for sampled rays that end in this part
+  RayAgreement held_out;             // for sampled rays that end in this part
+  std::vector<PlaceQuality> places;  // the same by place
 };
 
 // Back-projects every keyframe and averages the points of each voxel, weighted by 1 / sigma^2 of
