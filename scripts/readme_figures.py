@@ -14,7 +14,7 @@ from PIL import Image
 from nightmap_eval.artifacts import Frames, write_atomic
 from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory, plt, to_png
 from nightmap_eval.grid import read_grid
-from nightmap_eval.report_map import accepted_loops
+from nightmap_eval.loop_ends import loop_ends
 from nightmap_eval.report_plan import read_path, read_path_figures
 from nightmap_eval.trajectory import read_tum
 from nightmap_site.script_errors import DataError, run_main
@@ -46,7 +46,7 @@ def show_frames(figure, cells, data, rows):
 def show_plan(axes, site):
     estimate = read_tum(site.needed("map_frame", "trajectory"))
     draw_grid(axes, read_grid(site.needed("grid", "yaml")))
-    draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site, estimate))
+    draw_trajectory(axes, estimate.positions_m, None, loop_ends(site, estimate)[0])
     path_m = read_path(site)
     if path_m is not None and len(path_m) and read_path_figures(site).get("floor", 0) == 0:
         draw_path(axes, path_m)

@@ -4,8 +4,7 @@
 import numpy as np
 
 from nightmap_eval import drawing, html
-from nightmap_eval.artifacts import Frames
-from nightmap_eval.loop_accuracy import read_loops
+from nightmap_eval.loop_ends import loop_ends
 from nightmap_eval.report_plan import drive_section, plan_section, read_if_made
 from nightmap_eval.trajectory import FRAME_GAP_NS, Similarity, associate, read_truth, rotation_matrices
 from nightmap_site.checked_reading import read_object
@@ -54,18 +53,6 @@ def truth_in_map(site, metrics):
     return truth
 
 
-def accepted_loops(site, estimate):
-    """Pairs of positions of the frames that each accepted loop joins."""
-    path = site.made("pose_graph", "loops_csv")
-    if not path:
-        return []
-    frames = Frames(site)
-    row_of_time = {int(t): row for row, t in enumerate(estimate.times_ns)}
-    row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in zip(frames.frame_idxs, frames.times_ns)}
-    loops = ([row_of_frame.get(row[end]) for end in ("frame_a", "frame_b")] for row in read_loops(path) if row["status"] == "accepted")
-    return [estimate.positions_m[ends] for ends in loops if None not in ends]
-
-
 def floor_paragraphs(site):
     """Explains z = 0, and why it may not be the floor; empty for an older map without this information."""
     path = site.made("map_frame", "report")
@@ -86,7 +73,7 @@ def trajectory_section(site, metrics):
     estimate = read_if_made(site, "map_frame")
     if estimate is None or len(estimate) == 0:
         return html.section("Trajectory", html.paragraph("The map_frame stage did not run.", "note"))
-    truth, loops = truth_in_map(site, metrics), accepted_loops(site, estimate)
+    truth, loops = truth_in_map(site, metrics), loop_ends(site, estimate)[0]
     parts = []
     if truth is None:
         picture = drawing.trajectory_png(estimate.positions_m, None, loops)

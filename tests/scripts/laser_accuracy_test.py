@@ -13,7 +13,7 @@ import laser_site
 from fake_site import rotation_about, write_tum
 from folder_case import FolderTest
 from nightmap_eval.laser import laser_accuracy
-from nightmap_eval.laser.report_laser import loop_ends
+from nightmap_eval.loop_ends import loop_ends
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion
 from nightmap_site.script_errors import DataError
@@ -139,7 +139,7 @@ class LaserSiteTest(laser_site.LaserFolderTest):
         self.metrics()
         page = self.report()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Floor plan", "Laser map", "Accuracy of the laser map", "Position error", "Objects", "Stages",
+        self.assertEqual(titles, ["The map in space", "Floor plan", "Laser map", "Accuracy of the laser map", "Position error", "Objects", "Stages",
                                   "Loop closures", "Skipped items", "Configs"])  # fmt: skip
         self.assertIn("401 of 401 scans mapped over 37.7 m", page)
         self.assertIn("Squared rotation (deg2)", page)

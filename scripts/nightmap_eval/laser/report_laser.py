@@ -12,13 +12,13 @@ from PIL import Image
 from nightmap_eval import drawing, html
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_eval.laser.laser_accuracy import STRETCHES_M
-from nightmap_eval.loop_accuracy import read_loops
+from nightmap_eval.loop_ends import loop_ends
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
 from nightmap_eval.report_map import ate_rows, building_rows
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
 from nightmap_eval.trajectory_errors import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
 from nightmap_eval.walls_and_doors import read_floors
-from nightmap_site.checked_reading import REMEDY, check, read_text, read_toml
+from nightmap_site.checked_reading import check, read_text, read_toml
 from nightmap_site.script_errors import DataError
 
 LOOP_ROWS = (("num_accepted", "Loops accepted"), ("num_rejected", "Loops rejected"), ("num_false_accepted", "False loops accepted"))
@@ -44,24 +44,6 @@ def sections(site, metrics):
     figures = laser_figures(metrics)
     made = (map_section(site), figures_section(figures), error_section(site, figures), objects_section(site))
     return [section for section in made if section]
-
-
-def loop_ends(site, estimate):
-    """(accepted, rejected) loops: pairs of positions in the map frame. loops.csv numbers the poses of pose_graph."""
-    path, poses = site.made("pose_graph", "loops_csv"), site.made("pose_graph", "trajectory")
-    if not (path and poses):
-        return [], []
-    times_ns = read_tum(poses).times_ns
-    row_of_time = {int(time_ns): row for row, time_ns in enumerate(estimate.times_ns)}
-    loops = {True: [], False: []}
-    for number, row in enumerate(read_loops(path), 2):
-        ends = row["frame_a"], row["frame_b"]
-        if not all(0 <= end < len(times_ns) for end in ends):
-            raise DataError(f"{path}:{number}: pose {max(ends, key=abs)} of {len(times_ns)} in {poses}; {REMEDY}")
-        rows = [row_of_time.get(int(times_ns[end])) for end in ends]
-        if None not in rows:
-            loops[row["status"] == "accepted"].append(estimate.positions_m[rows])
-    return loops[True], loops[False]
 
 
 def map_section(site):
