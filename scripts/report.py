@@ -16,6 +16,7 @@ try:
     from nightmap_eval.camera.report_queries import query_section
     from nightmap_eval.colmap.report_comparison import comparison_section
     from nightmap_eval.metrics_json import read_metrics
+    from nightmap_eval.page.scene import scene_section
     from nightmap_eval.report_map import map_sections
     from nightmap_eval.report_run import failure_section, read_failure, run_sections, summary, verdict_parts
     from nightmap_site.job_results import read_stages
@@ -45,6 +46,7 @@ def lead_and_sections(site, data):
     stages, (verdict, about_verdict) = read_stages(site), verdict_parts(site)
     sections = [
         *about_verdict,
+        *filter(None, [scene_section(site, metrics, data)]),
         *map_sections(site, metrics),
         *([query_section(site, metrics, data)] if has_queries(site) else []),
         *filter(None, [comparison_section(site)]),

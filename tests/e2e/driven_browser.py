@@ -32,7 +32,8 @@ class DrivenPage:
         os.mkdir(self.downloads)
         (commands, self._commands), (self._answers, answers) = os.pipe(), os.pipe()
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, FREE_DESCRIPTOR) for end in (commands, answers)]
-        command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
+        command = [program, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                   "--remote-debugging-pipe",
                    f"--user-data-dir={folder}/profile", f"--window-size={size_px[0]},{size_px[1]}", "about:blank"]  # fmt: skip
         moved = ["bash", "-c", 'exec "${@:3}" 3<&"$1" 4>&"$2"', "bash", *map(str, ends), *command]
         self._log = open(os.path.join(folder, "log"), "wb")
@@ -130,7 +131,7 @@ class DrivenPage:
         self.mouse("mouseReleased", at, "left")
 
     def key(self, key, modifiers=0):
-        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13}.get(key) or ord(key.upper())
+        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13, "ArrowUp": 38}.get(key) or ord(key.upper())
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, modifiers=modifiers)
 
