@@ -16,7 +16,7 @@ from nightmap_eval.ply import vertex_chunks
 from nightmap_eval.trajectory import MAX_POSITION_M
 from nightmap_site.checked_reading import using
 
-MAX_POINTS = 1_200_000
+MAX_POINTS, MAX_LABELLED = 1_200_000, 800_000
 CHUNK = 1 << 19
 BLOCK_M, PARTS = 4.0, 65535
 MAX_BLOCKS = 8192  # each is drawn by a call of its own
@@ -142,7 +142,7 @@ def color_cloud(path):
 
 def class_cloud(path, index_of):
     """The cloud with the index of the class of each point. index_of: label -> 0 .. 255; 255 where it is not there."""
-    count, points_m, values, order = read_sample(path, CLASSES)
+    count, points_m, values, order = read_sample(path, CLASSES, MAX_LABELLED)
     if not len(points_m):
         return None
     labels, inverse = np.unique(values[:, 0], return_inverse=True)

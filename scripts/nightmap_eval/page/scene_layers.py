@@ -22,8 +22,8 @@ from nightmap_site.checked_reading import NUMBER, REMEDY, read_csv, read_object,
 from nightmap_site.script_errors import DataError
 
 MAX_OUTLINE, MAX_WAY, MAX_VIEWS, MAX_LOOPS, MAX_THINGS, MAX_QUERIES = 100, 20_000, 1000, 3000, 2000, 24
-MAX_GRID_PX, MAX_FLOORS = 2048, 16
-MAX_OCTREE_TEXT = 12_000_000  # characters
+MAX_GRID_PX, MAX_FLOORS, MAX_LANDMARKS = 2048, 16, 50_000
+MAX_OCTREE_TEXT, MAX_GRID_TEXT = 8_000_000, 400_000  # characters
 EYE_M = 1.0  # height of the view above the place of a robot that has no camera
 RGBA = {UNKNOWN: (0, 0, 0, 0), FREE: (214, 219, 226, 255), OCCUPIED: (58, 64, 74, 255)}
 HEIGHT_COLORS = np.array([[63, 81, 181], [0, 150, 136], [253, 216, 53]])  # low, middle, high
@@ -100,6 +100,7 @@ def landmark_layers(site, texts):
             raise ValueError("a landmark out of range")
     if len(points_m) == 0:
         return
+    points_m = points_m[evenly(len(points_m), MAX_LANDMARKS)]
     low_m, high_m = np.percentile(points_m[:, 2], [1, 99])
     share = np.clip((points_m[:, 2] - low_m) / max(high_m - low_m, 0.01), 0, 1)
     colors = np.stack([np.interp(share, [0, 0.5, 1], column) for column in HEIGHT_COLORS.T], axis=1)
@@ -187,9 +188,9 @@ def grid_layers(site, has_cloud):
     planes = []
     for floor in read_floors(site)[:MAX_FLOORS]:
         grid = read_grid(site.folder_of("grid") / floor["yaml"])
-        rows, columns = grid.cells.shape
+        picture, sides = grid_picture(grid.cells)
         planes.append({"corner": rounded([grid.origin_x_m, grid.origin_y_m, floor["height_m"]]), "yaw": round(grid.origin_yaw_rad, 6),
-                       "size": rounded([columns * grid.resolution_m, rows * grid.resolution_m]), "picture": grid_picture(grid.cells),
+                       "size": rounded(np.array(sides[::-1]) * grid.resolution_m), "picture": picture,
                        "outline": _seen_places(grid)})  # fmt: skip
     yield {"name": "grid", "title": "Grid of the floor" if len(planes) == 1 else f"Grids of {len(planes)} floors", "kind": "grids",
            "on": not has_cloud, "planes": planes}  # fmt: skip
@@ -205,12 +206,21 @@ def _seen_places(grid):
 
 
 def grid_picture(cells):
-    """A pixel per cell, or per several of a large grid, of which the highest state counts; the top row first, unknown clear."""
+    """A picture with a pixel per cell, or per square of a large grid, of which the highest state counts, the top row first, unknown clear; and
+    the rows and columns of cells that it covers."""
     step = -(-max(cells.shape) // MAX_GRID_PX)
+    while len(text := _png(states := _coarse(cells, step))) > MAX_GRID_TEXT:
+        step *= 2
+    return "data:image/png;base64," + text, tuple(step * side for side in states.shape)
+
+
+def _coarse(cells, step):
     padded = np.pad(cells, [(0, -side % step) for side in cells.shape])
     rows, columns = padded.shape
-    coarse = padded.reshape(rows // step, step, columns // step, step).max(axis=(1, 3))
-    palette = np.array([RGBA[state] for state in sorted(RGBA)], np.uint8)
-    buffer = io.BytesIO()
-    Image.fromarray(palette[coarse[::-1]], "RGBA").save(buffer, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
+    return padded.reshape(rows // step, step, columns // step, step).max(axis=(1, 3))[::-1]
+
+
+def _png(states):
+    palette, buffer = np.array([RGBA[state] for state in sorted(RGBA)], np.uint8), io.BytesIO()
+    Image.fromarray(palette[states], "RGBA").save(buffer, "PNG", optimize=True)
+    return base64.b64encode(buffer.getvalue()).decode()
