@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import time
 
-from browser import program_of
+from browser import WEBGL, program_of
 
 ANSWER_S = 60
 FREE_DESCRIPTOR = 10  # none from here on is one of Chromium's two
@@ -32,8 +32,7 @@ class DrivenPage:
         os.mkdir(self.downloads)
         (commands, self._commands), (self._answers, answers) = os.pipe(), os.pipe()
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, FREE_DESCRIPTOR) for end in (commands, answers)]
-        command = [program, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                   "--remote-debugging-pipe",
+        command = [program, "--headless", "--no-sandbox", *WEBGL, "--remote-debugging-pipe",
                    f"--user-data-dir={folder}/profile", f"--window-size={size_px[0]},{size_px[1]}", "about:blank"]  # fmt: skip
         moved = ["bash", "-c", 'exec "${@:3}" 3<&"$1" 4>&"$2"', "bash", *map(str, ends), *command]
         self._log = open(os.path.join(folder, "log"), "wb")

@@ -1,79 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The map in space on the page of the report, in a browser with WebGL in software: layers, views, measuring, names."""
-import json
+"""The map in space on the page of the report: picture, layers, views, measuring."""
 import pathlib
 import re
 import shutil
-import sys
 import tempfile
-import unittest
 
 import numpy as np
 
 from driven_browser import DrivenPage
-from workspace import Workspace
+from scene_page import SCENE, SceneCase, ScenePage
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "scripts"))
-
-from labels_site import thing_box, thing_entry  # noqa: E402
-from nightmap_eval import html  # noqa: E402
-from nightmap_eval.page import scene, scene_layers  # noqa: E402
-from nightmap_eval.ply import read_ply  # noqa: E402
-from nightmap_eval.things import UprightBox, read_things  # noqa: E402
-
-GOALS = ("map", "localize")
 PACKED_M = 1e-4  # of a point that the page has rounded
-SCENE = "window.nightmapScene"
 
 
-class ScenePage(DrivenPage):
-    """A page with the scene, which has started."""
-
-    def __init__(self, test, path, size_px=(1200, 900)):
-        super().__init__(test, path, size_px)
-        self.value("document.getElementById('scene').scrollIntoView()")
-        self.value(f"{SCENE}.ready.then(() => true)")
-
-    def hash(self):
-        """Of the picture as it is when nothing moves any more."""
-        self.value("new Promise(done => setTimeout(done, 300))")
-        return self.value(f"{SCENE}.pictureHash()")
-
-    def camera(self):
-        return np.array(self.value(f"{SCENE}.camera"))
-
-    def on_page(self, at):
-        """A pixel of the canvas as one of the window."""
-        left, top = self.value("(box => [box.x, box.y])(document.querySelector('#scene canvas').getBoundingClientRect())")
-        return left + at[0], top + at[1]
-
-    def middle(self):
-        self.value("document.querySelector('#scene canvas').scrollIntoView({block: 'center'})")
-        return self.middle_of("#scene canvas")
-
-    def view(self, name):
-        self.click(f"#scene [data-view={name}]")
-        self.middle()
-
-    def layer(self, name):
-        [found] = [layer for layer in self.value(f"{SCENE}.layers") if layer["name"] == name]
-        return found
-
-    def texts(self, selector):
-        return self.value(f"Array.from(document.querySelectorAll({json.dumps(selector)}), node => node.textContent)")
-
-
-class SceneTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.work = Workspace.made(*GOALS).removed_after(cls)
-        cls.work.output("report")
-        cls.page = cls.work.path("report/index.html")
-        cls.cloud_m, _ = read_ply(cls.work.path("point_cloud/cloud.ply"))
-
-    def open(self, **more):
-        return ScenePage(self, self.page, **more)
-
+class SceneTest(SceneCase):
     def test_it_draws_the_map_and_asks_nobody_for_anything(self):
         page = self.open()
         self.assertGreater(page.value(f"{SCENE}.pixelsDrawn()"), 0.1)
@@ -212,33 +152,3 @@ class SceneTest(unittest.TestCase):
         page.wait("document.readyState === 'complete' && document.getElementById('scene') !== null")
         page.value("document.getElementById('scene').scrollIntoView()")
         page.wait("document.querySelector('.scene-said').textContent.includes('hardware acceleration')")
-
-
-class NamesTest(unittest.TestCase):
-    NAME = "</script><img src=x onerror=\"document.title = 'broken'\"><b>&amp;"
-
-    def test_markup_in_a_name_stays_text(self):
-        entry = thing_entry(self.NAME, "table", thing_box(UprightBox(np.array([1.0, 2, 0.5]), np.array([0.5, 0.4, 0.5]), 0.3)))
-        folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
-        self.addCleanup(shutil.rmtree, folder)
-        (folder / "things.json").write_text(json.dumps({"format": "nightmap_things", "version": 1, "things": [entry]}))
-
-        class OneFile:
-            def made(self, *_):
-                return folder / "things.json"
-
-        self.assertEqual(read_things(OneFile())[0].name, self.NAME)
-        shown = {"site": self.NAME, "layers": list(scene_layers.thing_layers(OneFile())), "views": [], "outline": [0, 0, 0, 2, 3, 1],
-                 "bounds": [0, 0, 0, 2, 3, 1]}  # fmt: skip
-        path = folder / "index.html"
-        path.write_text(html.page(self.NAME, "", [html.section(self.NAME, html.Raw(scene.markup(shown, {})))]), encoding="utf-8")
-        page = ScenePage(self, path)
-        page.wait("document.querySelectorAll('.scene-names span').length === 1")
-        self.assertEqual(page.texts(".scene-names span"), [self.NAME])
-        self.assertNotEqual(page.value("document.title"), "broken")
-        self.assertEqual(page.value("document.querySelectorAll('img, b').length"), 0)
-        self.assertGreater(page.value(f"{SCENE}.pixelsDrawn()"), 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

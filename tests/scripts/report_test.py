@@ -183,7 +183,7 @@ class ReportTest(SiteFolderTest):
                      "62.5 s of stage time", "num_features 7", "inconsistent", "rgb/&lt;0000&gt;.png is truncated",
                      "resolution_m = 0.05", "data:image/jpeg", "no picture"):  # fmt: skip
             self.assertIn(text, page)
-        self.assertEqual(page.count("data:image/png"), 3)
+        self.assertEqual(page.count('src="data:image/png'), 3)
 
     def test_shows_the_drive_if_there_is_one(self):
         self.write_everything()

@@ -170,7 +170,7 @@ class LayersTest(FolderTest):
         self.assertIn("too large", layer["title"])
 
     def test_a_page_stays_below_its_bound(self):
-        """Of all that grows with a site, where zlib saves nothing: two clouds, an octree, grids, numbers of lines."""
+        """Two clouds, an octree, grids and numbers of lines grow with a site; zlib may save nothing."""
         clouds = (10 * scene_cloud.MAX_POINTS + 8 * scene_cloud.MAX_LABELLED) * 4 / 3
         grids = scene_layers.MAX_FLOORS * scene_layers.MAX_GRID_TEXT
         numbers = 10 * (3 * scene_layers.MAX_WAY + 6 * scene_layers.MAX_VIEWS + 2 * 6 * scene_layers.MAX_LOOPS + 9 * scene_layers.MAX_THINGS)

@@ -2,7 +2,7 @@
 // The eye of the view: it orbits by mouse and touch (OrbitControls), flies by keys, and goes to views of the whole or of the robot.
 "use strict";
 
-const FIELD_DEG = 55, NEAR_M = 0.05, ROBOT_TARGET_M = 1.5, FILLED = 0.94, FIT_ROUNDS = 8, LEAST_DISTANCE_M = 0.5;
+const FIELD_DEG = 55, NEAR_M = 0.05, ROBOT_TARGET_M = 1.5, FILLED = 0.9, FIT_ROUNDS = 8, LEAST_DISTANCE_M = 0.5;
 const DIRECTIONS = {whole: [-0.55, -0.75, 0.75], above: [0, -0.001, 1], side: [0, -1, 0.12]};  // from the middle of the map to the eye
 const FLIGHT = {w: [0, 0, 1], s: [0, 0, -1], a: [-1, 0, 0], d: [1, 0, 0], q: [0, -1, 0], e: [0, 1, 0],
                 arrowup: [0, 0, 1], arrowdown: [0, 0, -1], arrowleft: [-1, 0, 0], arrowright: [1, 0, 0]};  // right, up, ahead
@@ -18,11 +18,13 @@ class Eye {
     this.outline = vectors(outline);
     this.changed = changed;
     this.held = new Set();
+    this.shown = null;  // the name of the view that nobody has left
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = this.controls.enableZoom = false;
     this.controls.screenSpacePanning = true;
     this.controls.minDistance = NEAR_M;
     this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("start", () => { this.shown = null; });
     canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     canvas.addEventListener("blur", () => { this.controls.enableZoom = false; this.held.clear(); });
     canvas.addEventListener("touchstart", () => { this.controls.enableZoom = true; }, {capture: true, passive: true});
@@ -47,6 +49,7 @@ class Eye {
       far = Math.max(far, LEAST_DISTANCE_M);
     }
     this.look(target.clone().addScaledVector(back, far), target);
+    this.shown = name;
   }
 
   // view: place and direction, six numbers.
@@ -56,6 +59,7 @@ class Eye {
   }
 
   look(place, target) {
+    this.shown = null;
     this.camera.position.copy(place);
     this.controls.target.copy(target);
     this.controls.update();

@@ -35,13 +35,13 @@ function occupiedLeaves(bytes, start, maxDepth, found) {
   node(0, 0, 0, 0);
 }
 
-// {cubes: x, y, z of the middle and edge (m) of each, depth}: the finest depth that has few enough.
-function cubesOf(bytes) {
+// {cubes: x, y, z of the middle and edge (m) of each, depth}: the finest depth that has at most so many.
+function cubesOf(bytes, most = MAX_CUBES) {
   const header = octreeHeader(bytes), half = 2 ** (TREE_DEPTH - 1);
   for (let depth = TREE_DEPTH; !header.isEmpty && depth > 0; --depth) {
     let count = 0;
     occupiedLeaves(bytes, header.start, depth, () => ++count);
-    if (count > MAX_CUBES) continue;
+    if (count > most) continue;
     const cubes = new Float32Array(4 * count);
     let next = 0;
     occupiedLeaves(bytes, header.start, depth, (x, y, z, edge) => {

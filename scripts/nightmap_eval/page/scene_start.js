@@ -56,6 +56,11 @@ class Seen {
     return place && place.toArray();
   }
 
+  // The cubes of the octree, at most so many.
+  async cubes(most) {
+    return Array.from(cubesOf(await bytesOf("scene-octree"), most).cubes);
+  }
+
   // The pixel of the canvas where a place of the map is.
   pixelOf(place) {
     const {camera, width_px, height_px} = this.view.look(), point = new THREE.Vector3(...place).project(camera);

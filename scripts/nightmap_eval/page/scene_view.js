@@ -2,7 +2,7 @@
 // The view: layers with their checkboxes, drawn when something has changed; coarser while the eye moves.
 "use strict";
 
-const REST_MS = 200, MAX_PIXEL_RATIO = 2, SLIDER_STEPS = 1000;
+const REST_MS = 200, MAX_PIXEL_RATIO = 2, SLIDER_STEPS = 1000, SAME_POINTS = ["colors", "labels"];
 
 class View {
   constructor(root, data) {
@@ -37,7 +37,8 @@ class View {
       box.name = layer.name;
       box.checked = layer.on;
       box.disabled = layer.kind === "absent";
-      box.addEventListener("change", () => this.turn(layer, box.checked));
+      box.addEventListener("change", () => this.choose(layer, box));
+      layer.box = box;
       label.append(box, layer.title);
       list.append(label);
     }
@@ -73,6 +74,16 @@ class View {
   // Loads all layers that are on. Rejects with the first error.
   async load() {
     await Promise.all(this.layers.filter(layer => layer.on).map(layer => this.turn(layer, true)));
+  }
+
+  // Of the clouds that show the same points one is on at most.
+  choose(layer, box) {
+    for (const other of this.layers.filter(({name}) => box.checked && SAME_POINTS.includes(layer.name) && SAME_POINTS.includes(name)))
+      if (other !== layer && other.on) {
+        other.box.checked = false;
+        this.turn(other, false);
+      }
+    this.turn(layer, box.checked);
   }
 
   async turn(layer, isOn) {
@@ -135,6 +146,7 @@ class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, MAX_PIXEL_RATIO));
     this.renderer.setSize(box.clientWidth, box.clientHeight, false);
     this.eye.fit(box.clientWidth, box.clientHeight);
+    if (this.eye.shown) this.eye.go(this.eye.shown);
     this.render();
   }
 
