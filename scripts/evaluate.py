@@ -14,9 +14,10 @@ Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 import numpy as np
 
 from nightmap_eval.artifacts import Frames, bridged_frames, frames_apart, num_unusable_frames, to_json, truths_apart, write_atomic
-from nightmap_eval.dense.cloud_accuracy import cloud_metrics, read_ply
+from nightmap_eval.dense.cloud_accuracy import cloud_metrics
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.metrics_json import lead_figures
+from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, VERDICTS, query_summary, read_located
 from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum
 from nightmap_eval.trajectory_errors import coverage, trajectory_metrics

@@ -24,6 +24,7 @@ packages=(
   python3-scipy        # evaluation: parts of pictures that hang together, chi-square
   python3-yaml         # the picture that a ROS map names
   python3-pil          # report: thumbnails of query pictures
+  libjs-three          # report: the map in space, three.js r111 (Debian 12)
   libeigen3-dev        # geometry
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph

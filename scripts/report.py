@@ -22,6 +22,7 @@ try:
     from nightmap_eval.page.files import files_section
     from nightmap_eval.page.first_screen import first_screen
     from nightmap_eval.page.layers import plan_parts
+    from nightmap_eval.page.scene import scene_section
     from nightmap_eval.report_map import map_sections, truth_in_map
     from nightmap_eval.report_run import checks_section, failure_section, read_failure, read_verdict, run_sections
     from nightmap_site.job_results import read_stages
@@ -53,6 +54,7 @@ def first_and_sections(site, data, failure, page_folder):
     metrics, stages, verdict = read_metrics(site.made("evaluate", "metrics")), read_stages(site), read_verdict(site)
     runs = changes.next_runs(changes.read_runs(page_folder), changes.state_of(site, metrics, stages, verdict))
     sections = [
+        scene_section(site, metrics, data),
         *map_sections(site, metrics),
         *([query_section(site, metrics, data)] if has_queries(site) else []),
         loop_pictures_section(site, data),

@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 from html.parser import HTMLParser
 
+WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # in software
 CONSOLE = re.compile(r":CONSOLE[:(]|net::ERR_")  # what a page says in the log of Chromium
 
 
@@ -40,7 +41,7 @@ def shown_text(test, page):
     """Text of the rendered page. The test fails when the page has an error, and is skipped where there is no browser."""
     program = program_of(test)
     with tempfile.TemporaryDirectory(prefix="nightmap-e2e-") as profile:
-        command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
+        command = [program, "--headless", "--no-sandbox", *WEBGL, "--enable-logging=stderr",
                    f"--user-data-dir={profile}", "--dump-dom", page.resolve().as_uri()]  # fmt: skip
         result = subprocess.run(command, capture_output=True, text=True, timeout=120)
     test.assertEqual(result.returncode, 0, result.stderr)

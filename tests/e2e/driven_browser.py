@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import time
 
-from browser import program_of
+from browser import WEBGL, program_of
 
 ANSWER_S = 60
 FREE_DESCRIPTOR = 10  # none from here on is one of Chromium's two
@@ -33,7 +33,7 @@ class DrivenPage:
         os.mkdir(self.downloads)
         (commands, self._commands), (self._answers, answers) = os.pipe(), os.pipe()
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, FREE_DESCRIPTOR) for end in (commands, answers)]
-        command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
+        command = [program, "--headless", "--no-sandbox", *WEBGL, "--remote-debugging-pipe",
                    f"--user-data-dir={folder}/profile", f"--window-size={size_px[0]},{size_px[1]}", "about:blank"]  # fmt: skip
         moved = ["bash", "-c", 'exec "${@:3}" 3<&"$1" 4>&"$2"', "bash", *map(str, ends), *command]
         self._log = open(os.path.join(folder, "log"), "wb")
@@ -133,7 +133,7 @@ class DrivenPage:
         self.mouse("mouseReleased", at, "left")
 
     def key(self, key, modifiers=0):
-        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}.get(key) or ord(key.upper())
+        code = {"Delete": 46, "Escape": 27, "Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39}.get(key) or ord(key.upper())
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, modifiers=modifiers)
 

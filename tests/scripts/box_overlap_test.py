@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 
 import fake_site  # noqa: F401  (it makes scripts/ importable)
-from nightmap_eval.labels.things import UprightBox, iou
+from nightmap_eval.things import UprightBox, iou
 
 
 def box(centre=(0, 0, 0), size=(2, 2, 2), heading_rad=0.0):

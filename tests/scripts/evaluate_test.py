@@ -12,8 +12,9 @@ import numpy as np
 import fake_site
 from fake_site import moved, rotation_about, walk
 from nightmap_eval.artifacts import to_json
-from nightmap_eval.dense.cloud_accuracy import distances_m, read_ply
+from nightmap_eval.dense.cloud_accuracy import distances_m
 from nightmap_eval.grid import Grid, compare_with_plan, read_grid, read_pgm
+from nightmap_eval.ply import read_ply
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Similarity, quaternion
 from nightmap_site.script_errors import DataError

@@ -11,8 +11,8 @@ import numpy as np
 
 import fake_site  # finds the scripts
 from nightmap_eval.artifacts import bridged_frames
-from nightmap_eval.dense.cloud_accuracy import read_ply
 from nightmap_eval.grid import read_grid
+from nightmap_eval.ply import read_ply
 from nightmap_eval.sealed_hdf5 import seal, sealed
 from nightmap_site.checked_reading import read_json, read_toml
 from nightmap_site.script_errors import DataError

@@ -11,7 +11,7 @@ from folder_case import FolderTest
 from labels_site import face_points
 from nightmap_eval.labels import label_accuracy
 from nightmap_eval.labels.label_accuracy import Rectangle, TrueBuilding, box_distances_m, class_distances_m, rectangle_distances_m
-from nightmap_eval.labels.things import UprightBox
+from nightmap_eval.things import UprightBox
 from nightmap_eval.labels.voxel_labels import VoxelLabels, read_voxel_labels
 from nightmap_site.script_errors import DataError
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import fake_site
 from fake_site import rotation_about
-from nightmap_eval.labels.things import UprightBox
+from nightmap_eval.things import UprightBox
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.site import Site
 

@@ -13,10 +13,10 @@ from PIL import Image
 import fake_site
 from folder_case import FolderTest, SiteFolderTest
 from nightmap_eval import html
-from nightmap_eval.camera.report_queries import choose
 from nightmap_eval.page.layers import plan_parts
 from nightmap_eval.report_map import building_rows, cloud_section, truth_in_map
 from nightmap_eval.report_plan import narrow_lines, no_path_parts, notes
+from nightmap_eval.shown_queries import choose
 from nightmap_site.receipts import Hashes
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site

@@ -10,7 +10,7 @@ import numpy as np
 import labels_site
 from labels_site import CHAIR, FAR_CHAIR, TABLE, thing_box, thing_entry
 from nightmap_eval.labels import thing_accuracy
-from nightmap_eval.labels.things import UprightBox
+from nightmap_eval.things import UprightBox
 from nightmap_site.script_errors import DataError
 
 

@@ -4,48 +4,16 @@
 import numpy as np
 
 from nightmap_eval import html
-from nightmap_eval.artifacts import Frames, read_csv, to_ints
+from nightmap_eval.artifacts import Frames
 from nightmap_eval.camera.query_pictures import query_pictures
-from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM, read_located
+from nightmap_eval.shown_queries import choose, query_rows, thumbnail
 from nightmap_eval.trajectory import read_tum, rotation_matrices
 from nightmap_site.query_results import asked_names
 
 MAX_PICTURES = 12
 NUM_NEAREST = 2
-THUMBNAIL_PX = (300, 200)
 DEG_PER_M = 30  # a view that is turned by this shows about as much else as one from a metre away
-
-
-def query_rows(site, metrics):
-    """One dictionary per query, with its errors if known; None when localize did not run."""
-    path, errors = site.made("localize", "queries"), {row["query_idx"]: row for row in metrics.get("queries", {}).get("rows", [])}
-    if not path:
-        return list(errors.values()) or None
-    rows = read_csv(path, ("query_idx", "color_path", "status", "reason"))
-    return [row | {"query_idx": int(idx)} | errors.get(int(idx), {}) for row, idx in zip(rows, to_ints(rows, "query_idx", path))]
-
-
-def choose(rows, count):
-    """At most `count` rows: up to half failures, the worst located query, and an even sample of the rest."""
-    failed = [row for row in rows if row["status"] != "located"][: count // 2]
-    located = [row for row in rows if row["status"] == "located"]
-    worst = max(located, key=lambda row: row.get("translation_error_cm", -1.0), default=None)
-    others = [row for row in located if row is not worst]
-    room = min(len(others), count - len(failed) - (worst is not None))
-    spread = [others[i * len(others) // room] for i in range(room)]
-    chosen = failed + spread + ([worst] if worst is not None else [])
-    return sorted(chosen, key=lambda row: row["query_idx"])
-
-
-def thumbnail(data, color_path):
-    def small():
-        with open_picture(data / color_path) as picture:
-            picture = picture.convert("RGB")
-        picture.thumbnail(THUMBNAIL_PX)
-        return picture
-
-    return "" if data is None else jpeg(small, color_path, "thumbnail")
 
 
 def _figures(queries):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nightmap_eval.labels.things import UprightBox
+from nightmap_eval.things import UprightBox
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum, umeyama
 from nightmap_eval.walls_and_doors import RECORD_AGAIN, truth_folder

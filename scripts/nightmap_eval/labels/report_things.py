@@ -11,7 +11,7 @@ from nightmap_eval.drawing import RED
 from nightmap_eval.grid import read_grid
 from nightmap_eval.labels.report_labels import draw, floor_from_above
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
-from nightmap_eval.labels.things import read_things
+from nightmap_eval.things import read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_eval.page.floor_map import Layer, area, label
 from nightmap_eval.pictures import jpeg, open_picture

@@ -9,7 +9,7 @@ class, seen or not.
 import numpy as np
 
 from nightmap_eval.labels.label_accuracy import building_from_map, read_true_building, true_classes
-from nightmap_eval.labels.things import iou, read_things
+from nightmap_eval.things import iou, read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 
 MIN_IOU = 0.5
