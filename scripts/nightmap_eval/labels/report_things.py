@@ -8,6 +8,7 @@ from matplotlib.patheffects import withStroke
 
 from nightmap_eval import drawing, html
 from nightmap_eval.drawing import RED
+from nightmap_eval.floor_plan import floor_at
 from nightmap_eval.grid import read_grid
 from nightmap_eval.labels.report_labels import draw, floor_from_above
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
@@ -17,7 +18,6 @@ from nightmap_eval.pictures import jpeg, open_picture
 from nightmap_eval.walls_and_doors import read_floors
 
 TITLE = "Things"
-FLOOR_REACH_M = 0.5  # a thing stands on the highest floor that is at most so far above its bottom
 OPACITY = 0.45  # of the classes below the boxes
 MAX_PICTURES = 24
 FONT_PT, LINE_PT, LETTER_PT = 6, 7, 3.5
@@ -44,10 +44,7 @@ def sections(site, metrics):
 
 
 def floor_of(thing, floors):
-    """The highest floor that is not above the thing; the lowest where all are."""
-    bottom_m = thing.box.centre_m[2] - thing.box.half_size_m[2]
-    below = [floor for floor in floors if floor["height_m"] <= bottom_m + FLOOR_REACH_M]
-    return max(below, key=lambda floor: floor["height_m"]) if below else min(floors, key=lambda floor: floor["height_m"])
+    return floor_at(floors, thing.box.centre_m[2] - thing.box.half_size_m[2])
 
 
 def _floor_png(site, floor, voxels, things):
