@@ -18,9 +18,9 @@ from nightmap_eval.dxf import dxf_text
 from nightmap_eval.floor_plan import floor_at, floor_features, grids_of, thing_features, way_features
 from nightmap_eval.labels.things import read_things
 from nightmap_eval.polygons import Polygon
-from nightmap_eval.report_plan import read_if_made, read_path, read_path_figures
+from nightmap_eval.report_plan import notes, read_if_made, read_path, read_path_figures
 from nightmap_eval.walls_and_doors import read_floors
-from nightmap_site.script_errors import DataError, paths_parser, run_main
+from nightmap_site.script_errors import DataError, paths_parser, printable, run_main
 from nightmap_site.site import Site
 
 ABOUT = {"format": "nightmap floor plan", "version": 1,
@@ -111,8 +111,9 @@ def summary(features, floors):
         here = [feature for feature in features if feature.floor == floor["number"]]
         rooms = [feature for feature in here if feature.kind == "room" and feature.figures["part"] == 1]
         area_m2 = sum(room.figures["area_m2"] for room in rooms)
-        walls = sum(feature.kind == "wall" for feature in here)
-        yield f"floor {floor['number']}: rooms {len(rooms)}, free floor in them {area_m2:.1f} m2, walls {walls}"
+        num = {kind: sum(feature.kind == kind for feature in here) for kind in ("wall", "path", "thing")}
+        more = "".join(f", {kind}s {count}" for kind, count in num.items() if count)
+        yield f"floor {floor['number']}: rooms {len(rooms)}, free floor in them {area_m2:.1f} m2{more}"
 
 
 def main():
@@ -127,7 +128,7 @@ def main():
     write_atomic(arguments.out.with_name("nav2.zip"), nav2_zip(site, grids))
     write_atomic(arguments.out.with_suffix(".dxf"), dxf_text(features))
     write_atomic(arguments.out, geojson_text(features))  # the last: make takes its time for that of all
-    print("\n".join(summary(features, floors)))
+    print(printable("\n".join([*summary(features, floors), *notes(site, "plan", "path")])))
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ def num_crossings(polygon):
 
 class RoomsTest(unittest.TestCase):
     def check(self, grid, labels, rooms):
-        """What holds for every grid."""
+        """Properties of the rooms of any grid."""
         self.assertEqual([room.number for room in rooms], list(range(1, labels.max(initial=0) + 1)))
         self.assertTrue(np.all(grid.cells[labels > 0] == FREE))
         areas = [room.area_m2 for room in rooms]
