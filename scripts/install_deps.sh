@@ -63,6 +63,7 @@ for_lint=(
 )
 for_tests=(
   chromium             # tests: opens the report
+  gdal-bin             # tests: opens the floor plans
   octomap-tools        # tests: convert_octree reads our octrees
   libgtest-dev libgmock-dev  # unit tests
   slurmctld slurmd slurm-client munge  # tests: a cluster on this machine

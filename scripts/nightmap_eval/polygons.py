@@ -45,8 +45,7 @@ def polygons_of_labels(labels, tolerance_cells=TOLERANCE_CELLS):
     for part, ring in rings_of(parts):
         rings_of_parts[part - 1].append(ring)
     for number, rings in zip(labels_of_parts, simplified(rings_of_parts, tolerance_cells)):
-        outer = int(np.argmax([signed_area(ring) for ring in rings])) if len(rings) > 1 else 0
-        polygons[number - 1].append(Polygon(rings[outer], rings[:outer] + rings[outer + 1 :]))
+        polygons[number - 1].append(Polygon(rings[0], rings[1:]))
     return polygons
 
 
@@ -75,7 +74,7 @@ def border_edges(parts):
 
 
 def rings_of(parts):
-    """(part, ring) of all borders: simple rings of corners, in the order of their first edges."""
+    """(part, ring) of all borders: simple rings of corners, in the order of their first edges. The outer one of a part has its lowest edge: it is the first."""
     owner, direction, x, y = border_edges(parts)
     width = parts.shape[1] + 1
     keys = (y * width + x) * 4 + direction  # a place and a direction have one edge: one cell is left of it
@@ -103,7 +102,7 @@ def rings_of(parts):
 
 
 def simple_rings(ring):
-    """A closed path that touches itself in points, cut there into rings that do not."""
+    """A closed path that touches itself in points, cut there into rings that do not; the first has the path's start, if met only once."""
     if len(set(ring)) == len(ring):
         return [ring]
     path, places, rings = [], {}, []
@@ -116,7 +115,7 @@ def simple_rings(ring):
             del path[first:]
         places[place] = len(path)
         path.append(place)
-    return [*rings, path]
+    return [path, *rings]
 
 
 def corners(rings, width):

@@ -18,7 +18,7 @@ MAX_DOOR_M = 1.3
 # A door is narrower than both its rooms by this factor: one of 0.9 m parts corridors of 1.4 m and more.
 MAX_DOOR_TO_ROOM = 0.65
 MIN_ROOM_M2 = 1.0
-# What stands alone on the floor and is no longer than this is furniture, a column, or a speck that was not seen, and bounds no room.
+# Cells that stand alone on the floor and span no more than this are furniture, a column, or a speck that was not seen: they bound no room.
 MAX_ISLAND_M = 1.0
 NEXT_TO = np.ones((3, 3), dtype=bool)
 

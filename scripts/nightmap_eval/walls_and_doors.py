@@ -14,7 +14,6 @@ MIN_WALL_M = 0.5
 WALL_FROM_M, WALL_TO_M = 0.1, 1.5
 MAX_HEIGHT_ERROR_M = 0.5
 DEFAULT_ROBOT_WIDTH_M = 0.5
-FLOOR_REACH_M = 0.5  # a floor may be so far above what stands on it
 RECORD_AGAIN = "delete the recording and run make again: synthesize makes it anew"
 TRUTH = {
     "?floors": [{"height_m": NUMBER, "plan": str, "doorways_m": [[NUMBER]]}],
@@ -189,12 +188,6 @@ def read_floors(site):
     if not site.made("grid", "floors"):
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
     return unit_lists.whole(unit_lists.read_floors, site.folder_of("grid"))
-
-
-def floor_below(floors, height_m):
-    """The highest floor that is not above a height; the lowest where all are."""
-    below = [floor for floor in floors if floor["height_m"] <= height_m + FLOOR_REACH_M]
-    return max(below or [min(floors, key=lambda floor: floor["height_m"])], key=lambda floor: floor["height_m"])
 
 
 def truth_folder(site, site_config=None):

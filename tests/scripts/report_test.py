@@ -180,7 +180,7 @@ class ReportTest(SiteFolderTest):
                      "<dd>62.5 s, 512 MiB at most", "num_features 7", "inconsistent", "rgb/&lt;0000&gt;.png is truncated",
                      "resolution_m = 0.05", "data:image/jpeg", "no picture", "made 2000-01-01 00:00:00 UTC", "map_frame/trajectory.tum</a>"):  # fmt: skip
             self.assertIn(text, page)
-        self.assertEqual(page.count("data:image/png"), 2)  # the grid, and the errors
+        self.assertEqual(page.count('="data:image/png'), 2)  # the grid, and the errors
 
     def test_shows_the_drive_if_there_is_one(self):
         self.write_everything()

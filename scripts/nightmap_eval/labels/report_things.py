@@ -8,6 +8,7 @@ from matplotlib.patheffects import withStroke
 
 from nightmap_eval import drawing, html
 from nightmap_eval.drawing import RED
+from nightmap_eval.floor_plan import floor_at
 from nightmap_eval.grid import read_grid
 from nightmap_eval.labels.report_labels import draw, floor_from_above
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
@@ -15,7 +16,7 @@ from nightmap_eval.things import read_things
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_eval.page.floor_map import Layer, area, label
 from nightmap_eval.pictures import jpeg, open_picture
-from nightmap_eval.walls_and_doors import floor_below, read_floors
+from nightmap_eval.walls_and_doors import read_floors
 
 TITLE = "Things"
 OPACITY = 0.45  # of the classes below the boxes
@@ -52,7 +53,7 @@ def layers(site, plan):
 
 
 def floor_of(thing, floors):
-    return floor_below(floors, thing.box.centre_m[2] - thing.box.half_size_m[2])
+    return floor_at(floors, thing.box.centre_m[2] - thing.box.half_size_m[2])
 
 
 def _floor_png(site, floor, voxels, things):

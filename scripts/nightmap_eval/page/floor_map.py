@@ -10,8 +10,9 @@ from matplotlib import colormaps
 from PIL import Image
 
 from nightmap_eval import html
+from nightmap_eval.floor_plan import floor_at
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
-from nightmap_eval.walls_and_doors import floor_below, read_floors
+from nightmap_eval.walls_and_doors import read_floors
 
 GRAYS = {UNKNOWN: 200, FREE: 255, OCCUPIED: 32}
 STEP_M, MAX_POINTS = 0.02, 4000  # between points of a line; more are left out evenly
@@ -125,7 +126,7 @@ class Plan:
 
     def numbers_at(self, heights_m):
         """Number of the floor below each height."""
-        return np.array([floor_below(self.floors, z)["number"] for z in heights_m], dtype=int)
+        return np.array([floor_at(self.floors, z)["number"] for z in heights_m], dtype=int)
 
     def add_way(self, layer, positions_m, css_class):
         """Adds a line of positions (n, 3), in pieces by floor."""
