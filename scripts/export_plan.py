@@ -16,7 +16,7 @@ import numpy as np
 from nightmap_eval.artifacts import write_atomic
 from nightmap_eval.dxf import dxf_text
 from nightmap_eval.floor_plan import floor_at, floor_features, grids_of, thing_features, way_features
-from nightmap_eval.labels.things import read_things
+from nightmap_eval.things import read_things
 from nightmap_eval.polygons import Polygon
 from nightmap_eval.report_plan import notes, read_if_made, read_path, read_path_figures
 from nightmap_eval.walls_and_doors import read_floors

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What changed since the run before: options, figures and times. The page keeps them in a file beside it, from one run to the next."""
+"""Changes since the run before: options, figures and times. The page keeps them in a file beside it, from one run to the next."""
 
 import json
 import tomllib

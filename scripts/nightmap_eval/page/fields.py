@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is known per place of the plan: room around the robot, who saw it, how sure it is, how thick surfaces are there."""
+"""Fields of the plan, known place by place: room around the robot, who saw it, how sure it is, how thick surfaces are there."""
 
 from dataclasses import dataclass
 

@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from nightmap_eval import html
 
-# What opens a file, by its name or how the name ends; the first that fits.
+# Programs that open a file, by its name or how the name ends; the first that fits.
 OPENED_BY = (
     ("cloud.ply", "CloudCompare, MeshLab"),
     (".ply", "CloudCompare, MeshLab, Blender"),
