@@ -93,8 +93,9 @@ class RosMapTest(SiteTest):
         self.make("-q", "localize", f"QUERY={log}")
         self.assertIn("all as written", self.make("verify"))
         self.make("drive", "START=0.5,-0.2", "GOAL=5.5,0.5")
-        for goal in ("report", "evaluate", "status"):
+        for goal in ("report", "evaluate", "status", "export"):
             self.make(goal)
+        self.assertTrue((self.maps / "floor_plan/plan.geojson").exists())
 
     def test_damaged_objects_are_refused_before_anything_runs(self):
         (self.folder / "objects.yaml").write_text("format: nightmap objects\nversion: 1\nobjects:\n  - name: desk\n    x_m: one\n    y_m: 1\n    size_x_m: 1\n"
