@@ -9,6 +9,7 @@ from io import BytesIO
 from unittest import mock
 
 import numpy as np
+from numpy.lib import recfunctions as rfn
 from PIL import Image
 
 from folder_case import FolderTest
@@ -17,7 +18,8 @@ from nightmap_eval.page import scene, scene_cloud, scene_layers
 from nightmap_eval.page.scene_cloud import class_cloud, color_cloud, hashes, pack
 from nightmap_site.script_errors import DataError
 
-ROW = np.dtype([*((name, "<f4") for name in ("x", "y", "z", "nx", "ny", "nz")), *((name, "u1") for name in ("red", "green", "blue")), ("label", "<u2")])
+FLOATS, BYTES = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
+ROW = np.dtype([*((name, "<f4") for name in FLOATS), *((name, "u1") for name in BYTES), ("label", "<u2")])
 KINDS = {"<f4": "float", "|u1": "uchar", "<u2": "ushort"}
 POINT_M = 1e-4
 
@@ -29,7 +31,7 @@ def made_up(count, seed=1):
     on_wall = random.random(count) < 0.4
     rows["z"][on_wall], rows["y"][on_wall] = random.uniform(0, 3, on_wall.sum()), 5
     rows["ny"][on_wall], rows["nz"][~on_wall] = -1, 1
-    for name in ("red", "green", "blue"):
+    for name in BYTES:
         rows[name] = random.integers(0, 256, count)
     rows["label"] = random.integers(0, 3, count) * 100
     return rows
@@ -68,7 +70,7 @@ class CloudTest(FolderTest):
         nearest = np.linalg.norm(truth_m[:, None] - points_m, axis=2).argmin(axis=1)
         self.assertEqual(len(set(nearest)), 1500)
         self.assertLess(np.linalg.norm(truth_m - points_m[nearest], axis=1).max(), POINT_M)
-        np.testing.assert_array_equal(values[nearest, :3], np.column_stack([rows[name] for name in ("red", "green", "blue")]))
+        np.testing.assert_array_equal(values[nearest, :3], np.column_stack([rows[name] for name in BYTES]))
         np.testing.assert_array_equal(values[nearest, 3], np.where(rows["nz"] == 1, 36 * 6, 36 * 3 + 27))
 
     def test_classes_are_numbered_as_in_the_legend(self):
@@ -122,8 +124,7 @@ class CloudTest(FolderTest):
         self.assertIsNone(class_cloud(self.file(made_up(0)), {}))
 
     def test_a_cloud_without_normals_has_no_sides(self):
-        rows = made_up(50)
-        path = self.file(rows[["x", "y", "z", "red", "green", "blue"]].astype([item for item in ROW.descr if item[0] not in ("nx", "ny", "nz", "label")]))
+        path = self.file(rfn.repack_fields(made_up(50)[["x", "y", "z", *BYTES]]))
         self.assertEqual(set(unpacked(color_cloud(path))[1][:, 3]), {scene_cloud.NO_FACING})
 
     def test_damaged_files_are_refused_by_name(self):

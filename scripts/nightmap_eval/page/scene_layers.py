@@ -23,7 +23,9 @@ from nightmap_site.script_errors import DataError
 
 MAX_OUTLINE, MAX_WAY, MAX_VIEWS, MAX_LOOPS, MAX_THINGS, MAX_QUERIES = 100, 20_000, 1000, 3000, 2000, 24
 MAX_GRID_PX, MAX_FLOORS, MAX_LANDMARKS = 2048, 16, 50_000
+MAX_OCTREE_BYTES = 100_000_000
 MAX_OCTREE_TEXT, MAX_GRID_TEXT = 8_000_000, 400_000  # characters
+LANDMARK_M = 0.05  # in size
 EYE_M = 1.0  # height of the view above the place of a robot that has no camera
 RGBA = {UNKNOWN: (0, 0, 0, 0), FREE: (214, 219, 226, 255), OCCUPIED: (58, 64, 74, 255)}
 HEIGHT_COLORS = np.array([[63, 81, 181], [0, 150, 136], [253, 216, 53]])  # low, middle, high
@@ -96,6 +98,7 @@ def landmark_layers(site, texts):
     colors = np.stack([np.interp(share, [0, 0.5, 1], column) for column in HEIGHT_COLORS.T], axis=1)
     values, order = np.column_stack([np.rint(colors), np.full(len(points_m), NO_FACING)]), hashes(np.arange(len(points_m)))
     packed = pack(points_m, values, order, (*COLORS, "facing"), len(points_m))
+    packed.spacing_m = LANDMARK_M
     yield from _cloud(texts, "landmarks", "Landmarks", packed, least_px=4, on=True)
 
 
@@ -104,8 +107,8 @@ def octree_layers(site, texts):
     path = site.made("join_octrees", "bt")
     if not path:
         return
-    text = encoded(path.read_bytes())
-    if len(text) > MAX_OCTREE_TEXT:
+    text = encoded(path.read_bytes()) if path.stat().st_size <= MAX_OCTREE_BYTES else None
+    if text is None or len(text) > MAX_OCTREE_TEXT:
         yield {"name": "octree", "title": f"Octree: too large for this page ({path.stat().st_size / 1e6:.0f} MB); open octree/map.bt in octovis",
                "kind": "absent", "on": False}  # fmt: skip
         return
@@ -165,8 +168,9 @@ def _slopes(site):
     rows, cameras = site.made("queries", "queries"), site.made("queries", "query_cameras")
     if not (rows and cameras):
         return {}
-    found = [picture_camera(camera) for camera in read_object(cameras, CAMERAS)["cameras"]]
+    listed = read_object(cameras, CAMERAS)["cameras"]
     with using(cameras):
+        found = [picture_camera(camera) for camera in listed]
         of_camera = [rounded([camera["width"] / 2 / camera["fx"], camera["height"] / 2 / camera["fy"]]) for camera in found]
     with using(rows):
         return {row["color_path"]: of_camera[int(row["camera_idx"])] for row in read_csv(rows, ("color_path", "camera_idx"))}

@@ -59,7 +59,7 @@ class Measure {
   // Three short lines of the length of a fixed share of the distance to the eye.
   cross(place) {
     const half = 0.012 * place.distanceTo(this.view.eye.camera.position);
-    return [[half, 0, 0], [0, half, 0], [0, 0, half]].flatMap(([x, y, z]) => [place.x - x, place.y - y, place.z - z, place.x + x, place.y + y, place.z + z]);
+    return [[half, 0, 0], [0, half, 0], [0, 0, half]].flatMap(way => [-1, 1].flatMap(side => place.toArray().map((at, i) => at + side * way[i])));
   }
 
   line(name, place) {

@@ -3,7 +3,7 @@
 "use strict";
 
 const COLORS = {way: "#1f77d0", accepted: "#2ca02c", rejected: "#d62728", things: "#c2185b", queries: "#e67e00"};
-const VIEW_DEPTH_M = 0.45, SCAN_M = 0.9, BOX_EDGES = [0, 1, 1, 3, 3, 2, 2, 0, 4, 5, 5, 7, 7, 6, 6, 4, 0, 4, 1, 5, 2, 6, 3, 7];
+const VIEW_DEPTH_M = 0.45, IN_THE_WAY_M = 1.2, SCAN_M = 0.9, BOX_EDGES = [0, 1, 1, 3, 3, 2, 2, 0, 4, 5, 5, 7, 7, 6, 6, 4, 0, 4, 1, 5, 2, 6, 3, 7];
 const FRONT_M = 0.3, BELOW_M = 0.01, EYE_M = 1;  // so much a scan's view is above its place (scene_layers.py)
 
 // A layer: `object` to draw, `names` with their places, perhaps `pick`.
@@ -23,7 +23,7 @@ function wayLayer(layer) {
 
 function loopsLayer(layer) {
   const isAccepted = layer.name === "loops_accepted";
-  return new Shapes([lines(layer.segments.flat(), isAccepted ? COLORS.accepted : COLORS.rejected, 1.8)]);
+  return new Shapes([lines(layer.segments.flat(), isAccepted ? COLORS.accepted : COLORS.rejected, isAccepted ? 1.8 : 1)]);
 }
 
 // Boxes with their names, and an arrow out of the front of each.
@@ -55,18 +55,26 @@ function scansLayer(layer) {
   return new Shapes([lines(segments, COLORS.queries, 4)], layer.scans.map(({view, name}) => ({text: name, place: new THREE.Vector3(...view)})));
 }
 
-// Pictures at the rays of their cameras. changed: called when a picture is there.
-function picturesLayer(layer, changed) {
-  const segments = [], objects = [];
-  for (const {place, axes, slopes, picture} of layer.pictures) {
-    const eye = new THREE.Vector3(...place), [right, down, ahead] = vectors(axes);
-    const at = (x, y) => eye.clone().addScaledVector(ahead, VIEW_DEPTH_M).addScaledVector(right, x * slopes[0] * VIEW_DEPTH_M)
-                            .addScaledVector(down, y * slopes[1] * VIEW_DEPTH_M);
-    const corners = [at(-1, 1), at(1, 1), at(1, -1), at(-1, -1), eye];
-    segments.push(...joined(corners, [0, 1, 1, 2, 2, 3, 3, 0, 0, 4, 1, 4, 2, 4, 3, 4]));
-    if (picture) objects.push(pictured(corners, picture, changed));
+// Pictures at the rays of their cameras, but for those that the eye is near: they would be in its way.
+class Pictures extends Shapes {
+  // changed: called when a picture is there.
+  constructor(layer, changed) {
+    const eyes = layer.pictures.map(({place}) => new THREE.Vector3(...place));
+    super(layer.pictures.map(({axes, slopes, picture}, i) => {
+      const [right, down, ahead] = vectors(axes), group = new THREE.Group();
+      const at = (x, y) => eyes[i].clone().addScaledVector(ahead, VIEW_DEPTH_M).addScaledVector(right, x * slopes[0] * VIEW_DEPTH_M)
+                                  .addScaledVector(down, y * slopes[1] * VIEW_DEPTH_M);
+      const corners = [at(-1, 1), at(1, 1), at(1, -1), at(-1, -1), eyes[i]];
+      group.add(lines(joined(corners, [0, 1, 1, 2, 2, 3, 3, 0, 0, 4, 1, 4, 2, 4, 3, 4]), COLORS.queries, 1.5));
+      if (picture) group.add(pictured(corners, picture, changed));
+      return group;
+    }));
+    this.eyes = eyes;
   }
-  return new Shapes([lines(segments, COLORS.queries, 1.5), ...objects]);
+
+  prepare(look) {
+    this.object.children.forEach((group, i) => { group.visible = this.eyes[i].distanceTo(look.camera.position) > IN_THE_WAY_M; });
+  }
 }
 
 // A picture with its four corners, counter-clockwise from the lower left.

@@ -113,7 +113,7 @@ class View {
       case "loops": return loopsLayer(layer);
       case "things": return thingsLayer(layer);
       case "scans": return scansLayer(layer);
-      case "pictures": return picturesLayer(layer, redraw);
+      case "pictures": return new Pictures(layer, redraw);
       case "grids": return new Grids(layer, redraw);
       default: throw new Error(`unknown kind of layer: ${layer.kind}`);
     }
