@@ -46,7 +46,7 @@ def scene_section(site, metrics, data):
     outline = outline_m(layers)
     scene = {"site": site.name, "layers": layers, "views": views, "outline": scene_layers.rounded(outline, 2),
              "bounds": scene_layers.rounded([outline.min(axis=0) - MARGIN_M, outline.max(axis=0) + MARGIN_M])}  # fmt: skip
-    return html.section(TITLE, html.Raw(markup(scene, texts)))
+    return html.section(TITLE, html.Raw(markup(scene, texts)), is_open=True)
 
 
 def outline_m(layers):
