@@ -46,7 +46,7 @@ packages=(
   libxxhash-dev        # hashes in receipts
 )
 for_point_clouds=(
-  libpcl-dev           # scan_localize, things: iterative closest points, clusters, voxel filter
+  libpcl-dev           # mesh, scan_localize, things: marching cubes, closest points, clusters, voxel filter
 )
 for_made_up_recordings=(
   libembree-dev        # synthetic world: ray casting
@@ -61,6 +61,7 @@ for_lint=(
   shellcheck           # make lint
 )
 for_tests=(
+  assimp-utils         # tests: assimp opens the exported mesh
   chromium             # tests: opens the report
   octomap-tools        # tests: convert_octree reads our octrees
   libgtest-dev libgmock-dev  # unit tests
@@ -70,7 +71,7 @@ for_tests=(
 [[ $# -gt 0 ]] || set -- tests lint
 for what; do
   case $what in
-    scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
+    mesh | scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
     synthesize | synthesize_ceiling) packages+=("${for_made_up_recordings[@]}") ;;
     colmap) packages+=("${for_colmap[@]}") ;;
     tests) packages+=("${for_point_clouds[@]}" "${for_made_up_recordings[@]}" "${for_colmap[@]}" "${for_tests[@]}") ;;

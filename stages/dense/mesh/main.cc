@@ -16,7 +16,7 @@ void Run(const MeshOptions& options, StageContext& context) {
       TileConfig({context.Input("cloud_report")}).Number("voxel_size_m", Range(1e-6, 1e6));
   cloud.points =
       ReadPlyWithin(context.Inputs("cloud"), tile.Grown(MeshReach_m(options, cloud.voxel_size_m)));
-  const TileMesh mesh = RunMesh(options, cloud, tile, context.GetProgress(), context.NumThreads());
+  const TileMesh mesh = RunMesh(options, cloud, tile, context.NumThreads());
   WriteTileMesh(context.Output("tile_mesh"), mesh);
   context.Report()["num_vertices"] = mesh.vertices.size();
   context.Report()["num_triangles"] = mesh.triangles.size();

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/base/progress.h"
 #include "pipeline/dense/mesh_io.h"
 #include "pipeline/dense/ply_io.h"
 #include "pipeline/geometry/rectangle.h"
@@ -18,7 +17,7 @@ struct MeshOptions {
   OPTION(double, radius_voxels, 4.0, {1.0, 40.0},
          "radius of the points that give the surface at a place, in voxels of the cloud: larger is "
          "smoother, and rounds edges");
-  OPTION(double, max_gap_voxels, 2.0, {0.5, 20.0},
+  OPTION(double, max_gap_voxels, 1.5, {0.5, 20.0},
          "no surface farther than this from the nearest point, in voxels of the cloud");
   REGISTER_OPTIONS();
 };
@@ -47,7 +46,6 @@ double MeshReach_m(const MeshOptions& options, double voxel_size_m);
 TileMesh RunMesh(const MeshOptions& options,
                  const MeshCloud& cloud,
                  const Rectangle& tile,
-                 Progress& progress,
                  int num_threads);
 
 }  // namespace nightmap
