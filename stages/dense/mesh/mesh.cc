@@ -72,8 +72,8 @@ bool IsOnSeam(const SampledGrid& grid, const Rectangle& tile, EdgeId edge) {
 }
 
 // Whether points are near all its vertices, and its front is the side that these were seen from.
-// The distance is also zero between the two sides of a thin wall, or beside it: there the triangles
-// face the other way.
+// Between a panel and the wall behind it the distance is zero, too: there triangles face the other
+// way.
 bool IsSurface(const std::vector<MeshVertex>& vertices, const Triangle& triangle) {
   const MeshVertex &a = vertices[triangle[0]], &b = vertices[triangle[1]],
                    &c = vertices[triangle[2]];
