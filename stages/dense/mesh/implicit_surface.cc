@@ -14,11 +14,11 @@ int SquareOf(double coordinate_m, double edge_m) {
 
 }  // namespace
 
-ImplicitSurface::ImplicitSurface(std::vector<CloudPoint> points, double radius_m)
-    : radius_m_(radius_m), points_(std::move(points)) {
-  const auto square = [radius_m](const CloudPoint& point) {
+ImplicitSurface::ImplicitSurface(std::vector<CloudPoint> points, double square_m)
+    : square_m_(square_m), points_(std::move(points)) {
+  const auto square = [square_m](const CloudPoint& point) {
     const Eigen::Vector3f& p = point.position_in_map;
-    return std::pair(SquareOf(p.x(), radius_m), SquareOf(p.y(), radius_m));
+    return std::pair(SquareOf(p.x(), square_m), SquareOf(p.y(), square_m));
   };
   std::ranges::sort(points_, {}, [&square](const CloudPoint& point) {
     const Eigen::Vector3f& p = point.position_in_map;
@@ -33,8 +33,8 @@ ImplicitSurface::ImplicitSurface(std::vector<CloudPoint> points, double radius_m
   }
 }
 
-SurfaceSample ImplicitSurface::At(const Eigen::Vector3d& place_in_map) const {
-  const double squared_radius_m2 = radius_m_ * radius_m_;
+SurfaceSample ImplicitSurface::At(const Eigen::Vector3d& place_in_map, double radius_m) const {
+  const double squared_radius_m2 = radius_m * radius_m;
   double sum_of_weights = 0, nearest_m2 = squared_radius_m2, distance_m = 0;
   SurfaceSample sample;
   const auto add = [&](const CloudPoint& point) {
@@ -52,20 +52,23 @@ SurfaceSample ImplicitSurface::At(const Eigen::Vector3d& place_in_map) const {
       sample.rgb[channel] += weight * point.rgb[static_cast<std::size_t>(channel)];
     }
   };
-  const int x = SquareOf(place_in_map.x(), radius_m_), y = SquareOf(place_in_map.y(), radius_m_);
+  const auto square = [&](double coordinate_m) { return SquareOf(coordinate_m, square_m_); };
+  const int first_y = square(place_in_map.y() - radius_m);
+  const int last_y = square(place_in_map.y() + radius_m);
+  const int last_x = square(place_in_map.x() + radius_m);
   const auto before = [](const Column& column, const std::pair<int, int>& key) {
     return std::pair(column.x, column.y) < key;
   };
-  for (int row = x - 1; row <= x + 1; ++row) {
-    auto column = std::lower_bound(columns_.begin(), columns_.end(), std::pair(row, y - 1), before);
-    for (; column != columns_.end() && column->x == row && column->y <= y + 1; ++column) {
+  for (int x = square(place_in_map.x() - radius_m); x <= last_x; ++x) {
+    auto column = std::lower_bound(columns_.begin(), columns_.end(), std::pair(x, first_y), before);
+    for (; column != columns_.end() && column->x == x && column->y <= last_y; ++column) {
       const auto end = points_.begin() + static_cast<std::ptrdiff_t>(column->end);
       auto point = std::lower_bound(
           points_.begin() + static_cast<std::ptrdiff_t>(column->begin),
           end,
-          place_in_map.z() - radius_m_,
+          place_in_map.z() - radius_m,
           [](const CloudPoint& lower, double z_m) { return lower.position_in_map.z() < z_m; });
-      for (; point != end && point->position_in_map.z() < place_in_map.z() + radius_m_; ++point) {
+      for (; point != end && point->position_in_map.z() < place_in_map.z() + radius_m; ++point) {
         add(*point);
       }
     }

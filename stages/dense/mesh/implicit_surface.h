@@ -21,15 +21,15 @@ struct SurfaceSample {
 
 class ImplicitSurface {
  public:
-  // The points within radius_m of a place count there.
-  ImplicitSurface(std::vector<CloudPoint> points, double radius_m);
+  // Looks points up by squares of the map of that edge.
+  ImplicitSurface(std::vector<CloudPoint> points, double square_m);
 
-  // Weighted means over the points around a place, by (1 - d^2 / radius^2)^4. The order of the sum
-  // depends on nothing but these points. May be called on several threads.
-  SurfaceSample At(const Eigen::Vector3d& place_in_map) const;
+  // Weighted means over the points within a radius of a place, by (1 - d^2 / radius^2)^4. The order
+  // of the sum depends on nothing but these points. May be called on several threads.
+  SurfaceSample At(const Eigen::Vector3d& place_in_map, double radius_m) const;
 
  private:
-  // Points above one another, from the lowest, in a square of the map of radius_m.
+  // Points above one another, from the lowest, in a square of the map.
   struct Column {
     int x = 0;
     int y = 0;
@@ -37,7 +37,7 @@ class ImplicitSurface {
     std::size_t end = 0;
   };
 
-  double radius_m_;
+  double square_m_;
   std::vector<CloudPoint> points_;
   std::vector<Column> columns_;
 };

@@ -32,9 +32,26 @@ std::vector<EdgeId> EdgesIn(const std::vector<EdgeTriangle>& triangles) {
   return edges;
 }
 
+// The diagonal of a cell.
+double Diagonal_m(const MeshOptions& options, double voxel_size_m) {
+  return std::sqrt(3.0) * options.cell_voxels * voxel_size_m;
+}
+
+// The distance at a corner of the grid. Where no point is within the radius, points as far away as
+// the other end of the cell tell on which side it is.
+double DistanceAt(const ImplicitSurface& surface,
+                  const Eigen::Vector3d& corner,
+                  double radius_m,
+                  double diagonal_m) {
+  const double distance_m = surface.At(corner, radius_m).distance_m;
+  if (!std::isnan(distance_m)) return distance_m;
+  return surface.At(corner, radius_m + diagonal_m).distance_m;
+}
+
 // The place on an edge where the distance is zero. Its normal is zero where no point is near.
 MeshVertex VertexOn(const SampledGrid& grid,
                     const ImplicitSurface& surface,
+                    double radius_m,
                     double max_gap_m,
                     EdgeId edge) {
   const std::size_t corner = edge / 3;
@@ -47,7 +64,7 @@ MeshVertex VertexOn(const SampledGrid& grid,
   const double there_m = grid.distances_m[static_cast<std::size_t>(at)];
   Eigen::Vector3d place = PlaceOf(grid, corner);
   place[axis] += grid.cell_size_m * here_m / (here_m - there_m);
-  const SurfaceSample sample = surface.At(place);
+  const SurfaceSample sample = surface.At(place, radius_m);
   MeshVertex vertex;
   vertex.position_in_map = place.cast<float>();
   if (!(sample.nearest_m <= max_gap_m)) return vertex;
@@ -115,7 +132,7 @@ void CheckTileSize(const Rectangle& tile, double reach_m) {
 }  // namespace
 
 double MeshReach_m(const MeshOptions& options, double voxel_size_m) {
-  const double cells = 2 * options.cell_voxels + options.max_gap_voxels;
+  const double cells = 3 * options.cell_voxels + options.max_gap_voxels;
   return (cells + options.radius_voxels) * voxel_size_m;
 }
 
@@ -125,19 +142,21 @@ TileMesh RunMesh(const MeshOptions& options,
                  int num_threads) {
   CheckTileSize(tile, MeshReach_m(options, cloud.voxel_size_m));
   const double max_gap_m = options.max_gap_voxels * cloud.voxel_size_m;
-  const ImplicitSurface surface(cloud.points, options.radius_voxels * cloud.voxel_size_m);
+  const double radius_m = options.radius_voxels * cloud.voxel_size_m;
+  const double diagonal_m = Diagonal_m(options, cloud.voxel_size_m);
+  const ImplicitSurface surface(cloud.points, radius_m);
   SampledGrid grid{options.cell_voxels * cloud.voxel_size_m, {}, {}, {}};
   grid.cells = CellsNear(cloud.points, tile, grid.cell_size_m, max_gap_m);
   grid.corners = CornersOf(grid.cells);
   grid.distances_m.resize(grid.corners.size());
   ParallelForShort(grid.corners.size(), num_threads, [&](std::size_t i) {
-    grid.distances_m[i] = surface.At(PlaceOf(grid, i)).distance_m;
+    grid.distances_m[i] = DistanceAt(surface, PlaceOf(grid, i), radius_m, diagonal_m);
   });
   const std::vector<EdgeTriangle> found = MarchCubes(grid, num_threads);
   const std::vector<EdgeId> edges = EdgesIn(found);
   std::vector<MeshVertex> vertices(edges.size());
   ParallelForShort(edges.size(), num_threads, [&](std::size_t i) {
-    vertices[i] = VertexOn(grid, surface, max_gap_m, edges[i]);
+    vertices[i] = VertexOn(grid, surface, radius_m, max_gap_m, edges[i]);
   });
   std::vector<bool> is_on_seam;
   for (const EdgeId edge : edges) is_on_seam.push_back(IsOnSeam(grid, tile, edge));

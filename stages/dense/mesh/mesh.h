@@ -14,7 +14,7 @@ namespace nightmap {
 struct MeshOptions {
   OPTION(double, cell_voxels, 2.0, {0.5, 20.0},
          "edge of a cell of the surface, in voxels of the cloud; triangles are about as large");
-  OPTION(double, radius_voxels, 4.0, {1.0, 40.0},
+  OPTION(double, radius_voxels, 3.0, {1.0, 40.0},
          "radius of the points that give the surface at a place, in voxels of the cloud: larger is "
          "smoother, and rounds edges");
   OPTION(double, max_gap_voxels, 1.5, {0.5, 20.0},

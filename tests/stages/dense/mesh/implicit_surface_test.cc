@@ -9,6 +9,7 @@
 namespace nightmap::implicit_surface_test {
 
 constexpr double kRadius_m = 0.1;
+constexpr double kSquare_m = 0.06;
 
 // In a cube of 0.4 m around the origin, many at the same height.
 std::vector<CloudPoint> Points() {
@@ -39,7 +40,7 @@ std::vector<Eigen::Vector3d> Places() {
 
 TEST(ImplicitSurface, IsTheWeightedMeanOverAllPointsWithinTheRadius) {
   const auto points = Points();
-  const ImplicitSurface surface(points, kRadius_m);
+  const ImplicitSurface surface(points, kSquare_m);
   int num_near = 0;
   for (const Eigen::Vector3d& place : Places()) {
     double weights = 0, distance = 0, red = 0, nearest_m = kRadius_m;
@@ -52,7 +53,7 @@ TEST(ImplicitSurface, IsTheWeightedMeanOverAllPointsWithinTheRadius) {
       red += weight * point.rgb[0];
       nearest_m = std::min(nearest_m, offset.norm());
     }
-    const SurfaceSample sample = surface.At(place);
+    const SurfaceSample sample = surface.At(place, kRadius_m);
     EXPECT_EQ(std::isnan(sample.distance_m), weights == 0);
     if (weights == 0) continue;
     ++num_near;
@@ -66,11 +67,12 @@ TEST(ImplicitSurface, IsTheWeightedMeanOverAllPointsWithinTheRadius) {
 // As the clouds of other tiles come in another order.
 TEST(ImplicitSurface, ItsBitsDoNotDependOnTheOrderOfThePoints) {
   auto points = Points();
-  const ImplicitSurface surface(points, kRadius_m);
+  const ImplicitSurface surface(points, kSquare_m);
   std::ranges::reverse(points);
-  const ImplicitSurface reversed(points, kRadius_m);
+  const ImplicitSurface reversed(points, kSquare_m);
   for (const Eigen::Vector3d& place : Places()) {
-    const SurfaceSample sample = surface.At(place), other = reversed.At(place);
+    const SurfaceSample sample = surface.At(place, kRadius_m),
+                        other = reversed.At(place, kRadius_m);
     if (std::isnan(sample.distance_m)) continue;
     EXPECT_EQ(sample.distance_m, other.distance_m);
     EXPECT_EQ(sample.rgb, other.rgb);
@@ -79,7 +81,7 @@ TEST(ImplicitSurface, ItsBitsDoNotDependOnTheOrderOfThePoints) {
 }
 
 TEST(ImplicitSurface, NothingIsNearWithoutPoints) {
-  const SurfaceSample sample = ImplicitSurface({}, kRadius_m).At({0, 0, 0});
+  const SurfaceSample sample = ImplicitSurface({}, kSquare_m).At({0, 0, 0}, kRadius_m);
   EXPECT_TRUE(std::isnan(sample.distance_m));
   EXPECT_TRUE(std::isinf(sample.nearest_m));
 }
