@@ -27,8 +27,7 @@ std::vector<EdgeId> EdgesIn(const std::vector<EdgeTriangle>& triangles) {
     edges.insert(edges.end(), triangle.begin(), triangle.end());
   }
   std::ranges::sort(edges);
-  const auto repeated = std::ranges::unique(edges);
-  edges.erase(repeated.begin(), repeated.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   return edges;
 }
 

@@ -46,8 +46,7 @@ Keys CellsNear(const std::vector<CloudPoint>& points,
     cells.push_back(PackVoxel(VoxelOf(point.position_in_map.cast<double>(), cell_size_m)));
   }
   std::ranges::sort(cells);
-  const auto repeated = std::ranges::unique(cells);
-  cells.erase(repeated.begin(), repeated.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   const int num_cells = static_cast<int>(std::ceil(max_gap_m / cell_size_m));
   cells = Spread(std::move(cells), -num_cells, num_cells);
   std::erase_if(cells, [&](std::uint64_t cell) { return !IsCellOf(tile, cell, cell_size_m); });

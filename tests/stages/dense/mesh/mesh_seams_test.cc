@@ -21,7 +21,7 @@ std::multiset<Corners> TrianglesOf(const TileMesh& mesh) {
       const Eigen::Vector3f& p = mesh.vertices[triangle[i]].position_in_map;
       corners[i] = {p.x(), p.y(), p.z()};
     }
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
     triangles.insert(corners);
   }
   return triangles;
