@@ -47,7 +47,7 @@ packages=(
   libxxhash-dev        # hashes in receipts
 )
 for_point_clouds=(
-  libpcl-dev           # scan_localize, things: iterative closest points, clusters, voxel filter
+  libpcl-dev           # mesh, scan_localize, things: marching cubes, closest points, clusters, voxel filter
 )
 for_made_up_recordings=(
   libembree-dev        # synthetic world: ray casting
@@ -62,6 +62,7 @@ for_lint=(
   shellcheck           # make lint
 )
 for_tests=(
+  assimp-utils         # tests: assimp opens the exported mesh
   chromium             # tests: opens the report
   gdal-bin             # tests: opens the floor plans
   octomap-tools        # tests: convert_octree reads our octrees
@@ -72,7 +73,7 @@ for_tests=(
 [[ $# -gt 0 ]] || set -- tests lint
 for what; do
   case $what in
-    scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
+    mesh | scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
     synthesize | synthesize_ceiling) packages+=("${for_made_up_recordings[@]}") ;;
     colmap) packages+=("${for_colmap[@]}") ;;
     tests) packages+=("${for_point_clouds[@]}" "${for_made_up_recordings[@]}" "${for_colmap[@]}" "${for_tests[@]}") ;;

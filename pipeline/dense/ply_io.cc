@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/dense/ply_io.h"
 
-#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <string>
 #include <string_view>
-
 #include <tuple>
+
 #include "pipeline/base/error.h"
+#include "pipeline/dense/raw_bytes.h"
 #include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
 namespace {
-
-static_assert(std::endian::native == std::endian::little,
-              "points are copied as they are in memory");
 
 constexpr std::size_t kUnlabelledBytes = 6 * sizeof(float) + 3;
 constexpr std::string_view kBeforeCount =
@@ -38,18 +35,6 @@ std::size_t PointBytes(PlyLabels labels) {
                                                           : sizeof(std::uint32_t) + sizeof(float));
 }
 constexpr std::size_t kMaxPointBytes = kUnlabelledBytes + sizeof(std::uint32_t) + sizeof(float);
-
-template <typename T>
-void Put(const T& value, char*& to) {
-  std::memcpy(to, &value, sizeof(value));
-  to += sizeof(value);
-}
-
-template <typename T>
-void Take(const char*& from, T& value) {
-  std::memcpy(&value, from, sizeof(value));
-  from += sizeof(value);
-}
 
 CloudPoint TakePoint(const char* from, PlyLabels labels) {
   CloudPoint point;
@@ -159,6 +144,20 @@ std::vector<CloudPoint> ReadPly(const std::filesystem::path& path) {
   std::vector<CloudPoint> points;
   points.reserve(reader.NumPoints());
   while (const auto point = reader.Next()) points.push_back(*point);
+  return points;
+}
+
+std::vector<CloudPoint> ReadPlyWithin(const std::vector<std::filesystem::path>& paths,
+                                      const Rectangle& rectangle) {
+  std::vector<CloudPoint> points;
+  for (const auto& path : paths) {
+    PlyReader reader(path);
+    while (const auto point = reader.Next()) {
+      if (rectangle.Contains(point->position_in_map.head<2>().cast<double>())) {
+        points.push_back(*point);
+      }
+    }
+  }
   return points;
 }
 

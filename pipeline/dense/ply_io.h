@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/geometry/rectangle.h"
+
 namespace nightmap {
 
 struct CloudPoint {
@@ -67,6 +69,10 @@ void WritePly(const std::filesystem::path& path,
               PlyLabels labels = PlyLabels::kUshort);
 
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path);
+
+// The points of several files that lie in a rectangle of the map, in order.
+std::vector<CloudPoint> ReadPlyWithin(const std::vector<std::filesystem::path>& paths,
+                                      const Rectangle& rectangle);
 
 // By voxel, then by position.
 bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m);

@@ -9,7 +9,7 @@ from wheels_test import WHEELS, write_wheels
 from workspace import CAMERA, LASER_SITE, REPOSITORY, SITE, write_laser_site
 from PIL import Image
 
-GOALS = {SITE: ("map", "localize", "plan", "drive"), LASER_SITE: ("map",), "table": ("map",),
+GOALS = {SITE: ("map", "localize", "plan", "drive", "export"), LASER_SITE: ("map",), "table": ("map",),
          "office": ("plan", "START=0.5,-0.2", "GOAL=5.5,0.5"), "carried": ("map",), "labelled": ("map", "localize"), "boards": ("map",),
          "wheeled": ("map",), "posed": ("map",), "upward": ("map",)}  # fmt: skip
 if not (REPOSITORY / "configs/ceiling").is_dir():

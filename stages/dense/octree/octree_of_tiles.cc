@@ -46,17 +46,7 @@ VoxelBox VoxelsOf(const Rectangle& rectangle, double resolution_m) {
 std::vector<CloudPoint> ReadCloudAround(const std::vector<std::filesystem::path>& clouds,
                                         const Rectangle& tile,
                                         const OctreeOptions& options) {
-  const Rectangle around = tile.Grown(SupportReach_m(options));
-  std::vector<CloudPoint> points;
-  for (const auto& path : clouds) {
-    PlyReader reader(path);
-    while (const auto point = reader.Next()) {
-      if (around.Contains(point->position_in_map.head<2>().cast<double>())) {
-        points.push_back(*point);
-      }
-    }
-  }
-  return points;
+  return ReadPlyWithin(clouds, tile.Grown(SupportReach_m(options)));
 }
 
 OctreeResult RunOctreeTile(const OctreeOptions& options,

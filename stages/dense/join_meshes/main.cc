@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// join_meshes: reads the meshes of all tiles; writes mesh.ply and mesh.glb.
+#include "pipeline/program/stage_main.h"
+#include "stages/dense/join_meshes/write_joined_mesh.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{
+      "join_meshes",
+      "joins the meshes of all tiles into one, as PLY and as GLB",
+      {{"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
+       {"tile_mesh", "tile_X_Y.ply of the same tiles, in order", Arity::kMany},
+       {"tile_report", "report_X_Y.json of the same meshes, in order", Arity::kMany}},
+      {{"mesh", "mesh.ply: vertices with normal and color, in the map frame; triangles"},
+       {"glb", "mesh.glb: the same as glTF 2.0, y up"}}};
+  return StageMain(argc, argv, spec, JoinMeshesOptions{}, WriteJoinedMesh);
+}
