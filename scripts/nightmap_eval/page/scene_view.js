@@ -76,7 +76,7 @@ class View {
     await Promise.all(this.layers.filter(layer => layer.on).map(layer => this.turn(layer, true)));
   }
 
-  // Of the clouds that show the same points one is on at most.
+  // One at most of the clouds that show the same points is on.
   choose(layer, box) {
     for (const other of this.layers.filter(({name}) => box.checked && SAME_POINTS.includes(layer.name) && SAME_POINTS.includes(name)))
       if (other !== layer && other.on) {
