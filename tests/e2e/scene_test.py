@@ -105,7 +105,8 @@ class SceneTest(SceneCase):
         distance_m = float(re.match(r"A to B: ([\d.]+) m", page.texts(".scene-distance")[0])[1])
         self.assertAlmostEqual(distance_m, np.linalg.norm(np.subtract(*told_m)), delta=2e-3)
         self.assertGreater(distance_m, 1)
-        page.wait(f"Array.from(document.querySelectorAll('.scene-names span')).some(node => !node.hidden && node.textContent === '{distance_m:.3f} m')")
+        names = "Array.from(document.querySelectorAll('.scene-names span:not([hidden])'), node => node.textContent)"
+        page.wait(f"{names}.includes('{distance_m:.3f} m')")
         picture = page.hash()
         page.key("Escape")
         self.assertEqual(page.texts(".scene-place, .scene-distance"), [])

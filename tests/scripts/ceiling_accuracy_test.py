@@ -134,7 +134,7 @@ class CeilingSiteTest(SiteFolderTest):
         self.figures()
         page = self.report()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling",
+        self.assertEqual(titles, ["The map in space", "Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling",
                                   "Picture of the ceiling", "Stages", "Skipped items", "Configs"])  # fmt: skip
         self.assertEqual(page.count("<img"), 4)
         for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses",
