@@ -105,10 +105,12 @@ class SceneTest(SceneCase):
         distance_m = float(re.match(r"A to B: ([\d.]+) m", page.texts(".scene-distance")[0])[1])
         self.assertAlmostEqual(distance_m, np.linalg.norm(np.subtract(*told_m)), delta=2e-3)
         self.assertGreater(distance_m, 1)
-        self.assertIn(f"{distance_m:.3f} m", page.texts(".scene-names span:not([hidden])"))
+        names = "Array.from(document.querySelectorAll('.scene-names span:not([hidden])'), node => node.textContent)"
+        page.wait(f"{names}.includes('{distance_m:.3f} m')")
         picture = page.hash()
         page.key("Escape")
         self.assertEqual(page.texts(".scene-place, .scene-distance"), [])
+        self.assertNotIn("A", page.texts(".scene-names span"))
         self.assertNotEqual(page.hash(), picture)
 
     def test_a_picked_point_is_one_of_the_file(self):

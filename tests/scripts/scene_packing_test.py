@@ -201,10 +201,12 @@ class LayersTest(FolderTest):
         self.assertEqual(shown.getpixel((1234 // 3, 99 - 100 // 3)), scene_layers.RGBA[OCCUPIED])
 
     def test_the_picture_of_a_grid_without_order_is_coarser(self):
-        cells = np.random.default_rng(1).integers(0, 3, (1500, 1500)).astype(np.uint8)
-        shown, covered = self.picture(cells)
-        self.assertLess(shown.width, 800)
-        self.assertEqual(covered, (1500, 1500))
+        cells = np.random.default_rng(1).integers(0, 3, (300, 300)).astype(np.uint8)
+        with mock.patch.object(scene_layers, "MAX_GRID_TEXT", 10_000):
+            shown, covered = self.picture(cells)
+            self.assertLessEqual(len(scene_layers.grid_picture(cells)[0]), 10_000 + len("data:image/png;base64,"))
+        self.assertIn(shown.width, (150, 75))
+        self.assertEqual(covered, (300, 300))
 
     def test_without_three_the_section_tells_the_remedy(self):
         path = self.folder / "map.bt"

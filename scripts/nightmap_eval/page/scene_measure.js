@@ -37,6 +37,7 @@ class Measure {
   show() {
     if (this.mesh) this.view.scene.remove(this.mesh);
     this.mesh = null;
+    this.names.forEach(name => this.view.names.forget(name));
     this.names = this.places.map((place, i) => ({text: "AB"[i], place}));
     const [a, b] = this.places;
     if (a) {
