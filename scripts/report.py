@@ -14,6 +14,7 @@ import sys
 try:
     from nightmap_eval import html
     from nightmap_eval.artifacts import write_atomic
+    from nightmap_eval.camera.report_calibration import calibration_section
     from nightmap_eval.camera.report_loops import loop_pictures_section
     from nightmap_eval.camera.report_queries import query_section
     from nightmap_eval.colmap.report_comparison import comparison_section
@@ -58,6 +59,7 @@ def first_and_sections(site, data, failure, page_folder):
         *map_sections(site, metrics),
         *([query_section(site, metrics, data)] if has_queries(site) else []),
         loop_pictures_section(site, data),
+        calibration_section(site),
         comparison_section(site),
         *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
         checks_section(verdict) if verdict else None,

@@ -6,6 +6,7 @@ from collections import Counter
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.metrics_json import lead_figures
+from nightmap_eval.page.files import size_text
 from nightmap_eval.page.first_screen import seconds_text, total_s
 from nightmap_eval.verdict.verdict import FORM, GOOD
 from nightmap_site.checked_reading import read_object, read_text
@@ -16,22 +17,27 @@ FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date"
 
 def run_sections(site, metrics, stages):
     return [
-        stage_section(stages),
+        stage_section(site, stages),
         *([loop_section(site)] if site.path("pose_graph", "loops_csv") else []),
         skipped_section(metrics, stages),
         config_section(site),
     ]
 
 
-def stage_section(stages):
+def disk_bytes(folder):
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def stage_section(site, stages):
     if not stages:
         return html.section("Time and memory", html.paragraph("No receipts and no reports.", "note"))
-    head = ("job", "runs", "wall time", "peak memory", "figures")
-    rows = []
+    head = ("job", "runs", "wall time", "peak memory", "disk", "figures")
+    rows, disk = [], {stage.name: disk_bytes(site.folder / stage.name) for stage in stages}
     for stage in stages:
         memory, figures = stage.peak_memory_bytes(), ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
-        rows.append([stage.name, stage.num_runs, seconds_text(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB", figures])
-    rows.append(["all", sum(stage.num_runs for stage in stages), seconds_text(total_s(stages)), "", ""])
+        rows.append([stage.name, stage.num_runs, seconds_text(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB",
+                     size_text(disk[stage.name]), figures])  # fmt: skip
+    rows.append(["all", sum(stage.num_runs for stage in stages), seconds_text(total_s(stages)), "", size_text(sum(disk.values())), ""])
     parts = [html.table(head, rows)]
     if any(receipt.get("build_type") == "Debug" for stage in stages for receipt in stage.receipts):
         parts.append(html.paragraph("These times come from a Debug build; they do not show the speed of nightmap.", "failed"))
