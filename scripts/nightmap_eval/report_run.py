@@ -108,13 +108,13 @@ def _check_row(item):
 def loop_section(site):
     path = site.made("pose_graph", "loops_csv")
     if not path:
-        return html.section("Loop closures", html.paragraph("The pose_graph stage did not run.", "note"))
+        return html.section("Loops", html.paragraph("The pose_graph stage did not run.", "note"))
     rows = read_csv(path, ("status", "reason"))
     if not rows:
-        return html.section("Loop closures", html.paragraph("No loop was proposed.", "note"))
+        return html.section("Loops", html.paragraph("No loop was proposed.", "note"))
     counts = Counter((row["status"], row["reason"]) for row in rows)
     parts = [html.table(("status", "reason", "loops"), [(*key, counts[key]) for key in sorted(counts)])]
     shown = html.table(tuple(rows[0]), [list(row.values()) for row in rows[:MAX_ROWS]])
     title = f"Each loop (first {MAX_ROWS} of {len(rows)})" if len(rows) > MAX_ROWS else "Each loop"
     parts.append(html.folded(title, shown))
-    return html.section("Loop closures", *parts)
+    return html.section("Loops", *parts)

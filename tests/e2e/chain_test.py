@@ -179,7 +179,7 @@ class ChainTest(CopiedSiteTest):
             self.assertGreater(self.work.path(name).stat().st_size, 100)
         self.assertEqual(self.work.make("-q", "report").returncode, 0)
         page = shown_text(self, self.work.path("report/index.html"))
-        for text in ("small: nightmap", "Loop closures", "point_cloud", "items skipped"):
+        for text in ("small: nightmap", "Loops", "point_cloud", "items skipped"):
             self.assertIn(text, page)
 
     def test_the_status_of_a_good_run_leaves_no_failure(self):

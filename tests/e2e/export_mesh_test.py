@@ -10,7 +10,8 @@ import subprocess
 import numpy as np
 from workspace import SITE, SiteTest, Workspace
 
-from nightmap_eval.dense.cloud_accuracy import cloud_metrics, read_ply
+from nightmap_eval.dense.cloud_accuracy import cloud_metrics
+from nightmap_eval.ply import read_ply  # noqa: E402
 from nightmap_eval.trajectory import FRAME_GAP_NS, associate, read_truth, read_tum
 from nightmap_eval.trajectory_errors import trajectory_metrics
 

@@ -139,7 +139,7 @@ class LaserSiteTest(laser_site.LaserFolderTest):
         self.metrics()
         page = self.report()
         titles = re.findall(r"<summary><h2>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["The map in space", "Path", "Accuracy of the laser map", "Position error", "Objects", "Time and memory", "Loop closures",
+        self.assertEqual(titles, ["The map in space", "Path", "Accuracy of the laser map", "Position error", "Objects", "Time and memory", "Loops",
                                   "Skipped items", "Configs", "Files"])  # fmt: skip
         self.assertIn("<dt>scans mapped</dt><dd>401 of 401 over 37.7 m</dd>", page)
         self.assertIn("Squared rotation (deg2)", page)
