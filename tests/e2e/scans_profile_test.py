@@ -52,8 +52,8 @@ class ScansTest(StubTest):
         self.assertEqual(metrics["sections"], {"scan_map": {"num_bytes": len("scan_map\n")}})
         self.assertEqual((metrics["has_ground_truth"], "coverage" in metrics), (False, False))
         page = self.site.path("report/index.html").read_text()
-        titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Laser map", "Stages", "Skipped items", "Configs"])
+        titles = re.findall(r"<summary><h2>([^<]*)</h2>", page)
+        self.assertEqual(titles, ["Laser map", "Time and memory", "Skipped items", "Configs", "Files"])
         self.assertIn("9 bytes of map.txt", page)
         self.make("-q", "map", "evaluate", "report")
         self.assertIn("2 receipts", self.make("verify"))  # of frames and of its own job
