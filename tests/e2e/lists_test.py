@@ -83,7 +83,7 @@ class ListsTest(CopiedSiteTest):
         site = self.work.folder / f"configs/sites/{SITE}.toml"
         text = site.read_text()
         self.make("report")
-        self.assertIn("queries located", self.work.path("report/index.html").read_text())
+        self.assertIn("<dt>queries located</dt>", self.work.path("report/index.html").read_text())
         mine = self.work.path("localize/notes.txt")
         mine.write_text("of the user\n")
         site.write_text(text.replace("hold_out_every = 7", "hold_out_every = 0"))
@@ -91,7 +91,7 @@ class ListsTest(CopiedSiteTest):
         self.assertIn("no longer has localize", self.make("map"))
         self.assertEqual(list(self.work.path("localize").iterdir()), [mine])
         self.make("report")
-        self.assertNotIn("queries located", self.work.path("report/index.html").read_text())
+        self.assertNotIn("<dt>queries located</dt>", self.work.path("report/index.html").read_text())
         self.assertNotIn("queries", json.loads(self.work.path("evaluate/metrics.json").read_text()))
         self.assertIn("all as written", self.make("verify"))
         mine.unlink()
