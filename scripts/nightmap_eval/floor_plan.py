@@ -26,10 +26,16 @@ class Feature:
     label_m: tuple = ()
 
 
+def floors_at(floors, heights_m):
+    """For each height the highest of floors.json's floors that is not above it, else the lowest: floors by height, and indices in them."""
+    by_height = sorted(floors, key=lambda floor: floor["height_m"])
+    above = np.searchsorted([floor["height_m"] for floor in by_height], np.asarray(heights_m) + FLOOR_REACH_M, side="right")
+    return by_height, np.maximum(above - 1, 0)
+
+
 def floor_at(floors, z_m):
-    """The highest of floors.json's floors that is not above a height; the lowest where all are."""
-    below = [floor for floor in floors if floor["height_m"] <= z_m + FLOOR_REACH_M]
-    return max(below, key=lambda floor: floor["height_m"]) if below else min(floors, key=lambda floor: floor["height_m"])
+    by_height, index = floors_at(floors, z_m)
+    return by_height[int(index)]
 
 
 def floor_features(floor, grid):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a site in a browser: its first screen, the plan that people click, phones and wide screens, contrast, the keyboard, and the
 file alone in another folder."""
+import json
 import pathlib
 import re
 import shutil
@@ -10,7 +11,7 @@ import unittest
 from accuracy import FOLDER, make, real
 from driven_browser import DrivenPage
 from labels_test import MODEL
-from workspace import SITE, Workspace
+from workspace import REPOSITORY, SITE, Workspace, said_by
 
 WIDTHS_PX = (390, 1280, 1920)
 FIRST_SCREEN_PX = 900
@@ -117,6 +118,28 @@ class SmallSiteTest(PageTest):
         folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
         self.addCleanup(shutil.rmtree, folder)
         self.check_page(pathlib.Path(shutil.copy(self.path, folder / "mailed.html")))
+
+    def test_a_failed_run_says_what_failed_and_what_to_do(self):
+        work = self.work.copy().removed_after(self)
+        work.output("map", "SET=octree.resolution_m=0.1", "LAUNCH=sh -c 'echo 10:00:00 error octree: no room in /a/long/path/$$(seq -s/ 200); exit 1'", code=2)
+        path = work.path("report/index.html")
+        self.check_page(path)
+        said = DrivenPage(self, path).value("document.querySelector('.said').textContent")
+        self.assertRegex(said, "The last run failed. octree_0_0 did not end well")
+        self.assertIn("octree_0_0: no room in /a/long/path", said)
+        self.assertIn(f"make map SITE={SITE}", said)
+
+    def test_a_bad_map_says_why_and_what_to_do(self):
+        work = self.work.copy().removed_after(self)
+        verdict = json.loads(work.path("verdict/verdict.json").read_text())
+        verdict["verdict"] = verdict["checks"][0]["verdict"] = "do not use"
+        verdict["checks"][0] |= {"name": "depth of the camera", "advice": "record again, slower"}
+        work.path("verdict/verdict.json").write_text(json.dumps(verdict))
+        said_by(["/usr/bin/python3", REPOSITORY / "scripts/report.py", "--site-dir", work.path(""), "--out", work.path("report/index.html")], work.folder)
+        self.check_page(work.path("report/index.html"))
+        said = DrivenPage(self, work.path("report/index.html")).value("document.querySelector('.said').textContent")
+        self.assertRegex(said, r"Do not use this map. 1 of \d+ checks failed: depth of the camera.")
+        self.assertIn("depth of the camera: record again, slower", said)
 
     def test_links_lead_to_the_results(self):
         paths = set(re.findall(r'href="(\.\./[^"]+)"', self.path.read_text()))

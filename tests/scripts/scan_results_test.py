@@ -48,8 +48,8 @@ class ScanResultsTest(SiteFolderTest):
     def test_the_page_names_scans_and_shows_no_pictures(self):
         self.metrics()
         page = self.report()
-        section = page[page.index(">Queries<"):]
-        section = section[:section.index("</section>")]
+        section = page[page.index(">Queries</h2>"):]
+        section = section[:section.index("<details class=\"section\"")]
         self.assertIn("<th>scan</th>", section)
         self.assertNotIn("picture", section)
         places = [section.index(f"<td>{name}") for name in (*(f"{name} (of QUERY)" for name in NAMES[1:]), "own.log")]

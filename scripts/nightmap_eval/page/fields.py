@@ -70,10 +70,11 @@ def _landmarks(site, plan):
         chosen = numbers == floor
         cells = Cells(positions_m[chosen, :2], CELL_M)
         seen = chosen[landmark_of]
-        cell_of = np.full(len(positions_m), -1)
+        cell_of = np.full(len(positions_m), -1, dtype=np.int64)
         cell_of[chosen] = cells.indices
-        pairs = np.unique(np.column_stack([cell_of[landmark_of[seen]], keyframes.ravel()[seen]]), axis=0)
-        saw = np.bincount(pairs[:, 0], minlength=cells.size).astype(float)
+        num_keyframes = int(keyframes.max(initial=0)) + 1
+        pairs = np.unique(cell_of[landmark_of[seen]] * num_keyframes + keyframes.ravel()[seen])
+        saw = np.bincount(pairs // num_keyframes, minlength=cells.size).astype(float)
         yield cells.field("keyframes that saw it", floor, np.where(saw > 0, saw, np.nan), 0, 50, "")
         yield cells.field("uncertainty of landmarks", floor, 100 * cells.median(sigmas_m.ravel()[chosen]), 0, 10, "cm", "inferno")
 

@@ -63,7 +63,7 @@ def _judgement(failure, verdict):
 
 def where(places, failure, verdict):
     if not places:
-        return html.paragraph("No place of the map stands out." if verdict and not failure else "Nothing is known about places yet.")
+        return html.paragraph("No place of the map stands out." if verdict and not failure else "Places are judged when a run has ended well.")
     items = "".join(f'<li><a href="#plan" data-place="{place.x_m:.2f} {place.y_m:.2f} {place.floor}">at {place.x_m:.1f}, {place.y_m:.1f}'
                     f'{f" on floor {place.floor}" if place.floor else ""}</a>: {text_html.escape(place.said)}</li>' for place in places)  # fmt: skip
     return html.Raw(f'<ol class="plain">{items}</ol>')

@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.floor_plan import floor_at
+from nightmap_eval.floor_plan import floors_at
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_eval.walls_and_doors import read_floors
 
@@ -126,7 +126,8 @@ class Plan:
 
     def numbers_at(self, heights_m):
         """Number of the floor below each height."""
-        return np.array([floor_at(self.floors, z)["number"] for z in heights_m], dtype=int)
+        by_height, indices = floors_at(self.floors, heights_m)
+        return np.array([floor["number"] for floor in by_height])[indices]
 
     def add_way(self, layer, positions_m, css_class):
         """Adds a line of positions (n, 3), in pieces by floor."""
