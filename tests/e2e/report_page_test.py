@@ -8,9 +8,12 @@ import shutil
 import tempfile
 import unittest
 
+import numpy as np
+
 from accuracy import FOLDER, make, real
 from driven_browser import DrivenPage
 from labels_test import MODEL
+from scene_page import SCENE, ScenePage
 from workspace import REPOSITORY, SITE, Workspace, said_by
 
 WIDTHS_PX = (390, 1280, 1920)
@@ -73,6 +76,7 @@ class PageTest(unittest.TestCase):
             self.assertEqual(page.value(CONTRASTS), [], scheme)
         self.check_layers(page)
         self.check_clicks(page)
+        self.check_scene(path)
 
     def check_layers(self, page):
         """Each layer is on the plan exactly while its box is checked."""
@@ -87,6 +91,15 @@ class PageTest(unittest.TestCase):
             page.value(f"{box}.click()")
             self.assertIn(page.value(shown), ([not before], []), name)
             page.value(f"{box}.click()")
+
+    def check_scene(self, path):
+        """The map in space draws, and orbits when it is dragged."""
+        page = ScenePage(self, path)
+        middle, before, picture = page.middle(), page.camera(), page.hash()
+        self.assertGreater(page.value(f"{SCENE}.pixelsDrawn()"), 0.02)
+        page.drag(middle, (middle[0] + 150, middle[1] + 40))
+        self.assertNotEqual(page.hash(), picture)
+        self.assertGreater(np.linalg.norm(page.camera() - before), 0.1)
 
     def check_clicks(self, page):
         view = PlanView(page)
