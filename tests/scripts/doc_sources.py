@@ -68,6 +68,8 @@ def messages():
             yield from texts_of_cpp(path.read_text(encoding="utf-8"))
     for path in (CHECKOUT / "scripts").rglob("*.py"):
         yield from texts_of_python(path.read_text(encoding="utf-8"))
+    for path in (CHECKOUT / "scripts/nightmap_eval/page").glob("*.html"):
+        yield from path.read_text(encoding="utf-8").splitlines()
     for path in [*(CHECKOUT / "scripts").glob("*.sh"), *(CHECKOUT / "scripts").glob("*.mk"), CHECKOUT / "Makefile"]:
         yield from re.sub(r"\$\{[^}]*\}|\$\((?!error)[^()]*\)|\$\w+", GAP, path.read_text(encoding="utf-8")).splitlines()
 

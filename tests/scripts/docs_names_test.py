@@ -16,7 +16,7 @@ import describe_options
 
 PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))]
 END_OF_COMMAND = {"|", "||", "&&", ";", "&", ">", ">>", "2>", "2>&1", "do", "done"}
-FILES = {"toml", "h5", "csv", "json", "tum", "txt", "py", "cc", "h", "html", "yaml", "png", "ply", "log", "gif", "mk", "pgm", "hdf5", "md", "g2o", "geojson", "dxf"}
+FILES = {"toml", "h5", "csv", "json", "tum", "txt", "py", "cc", "h", "html", "yaml", "png", "ply", "log", "gif", "mk", "pgm", "hdf5", "md", "g2o", "geojson", "dxf", "glb"}
 MADE_UP = {"rooms"}  # a goal that a page adds as its example
 OF_OTHERS = re.compile(r"\b(?:salloc|srun|cmake|ctest|ros2|reader\.py|colmap|gtest_filter)\b")  # programs that are not nightmap's
 NAMED_OPTION = re.compile(r"(?<![\w./-])([a-z_]+)\.([a-z]\w*)(?![\w./])")
@@ -142,6 +142,15 @@ class DocsNamesTest(unittest.TestCase):
         texts = list(doc_sources.messages())
         self.assertGreaterEqual(len(MESSAGES), 40)
         self.assertEqual([message for message in MESSAGES if not is_printed(message, texts)], [])
+
+    def test_parts_of_the_report_page_are_there(self):
+        """Pages for users quote their titles."""
+        texts = set(doc_sources.messages())
+        for page in ("docs/first_hour.md", "docs/overnight.md", "docs/configs.md"):
+            text = re.sub(r"^```.*?^```|`[^`]*`", "", text_of(page), flags=re.MULTILINE | re.DOTALL)
+            titles = re.findall(r"\"([A-Z][^\"]+)\"", text)
+            self.assertTrue(titles, page)
+            self.assertEqual([title for title in titles if not any(" ".join(title.split()) in known for known in texts)], [], page)
 
     def test_mistakes_are_found(self):
         goals, variables = {"map"}, {"SITE", "SET"}
