@@ -2,6 +2,7 @@
 """Every program's answers without inputs; configs/*/default are what the programs say."""
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import tomllib
@@ -77,6 +78,17 @@ class ProgramsTest(unittest.TestCase):
                 self.assertTrue(default.endswith(printed.stdout), "write it anew: --print-config --config")
                 self.assertEqual(printed.stdout.count("\n\n#") + printed.stdout.startswith("\n#"), len(tomllib.loads(default)))
                 self.assertEqual(run(program, "--check-config", "--config", DEFAULTS[name]).returncode, 0)
+
+    def test_site_configs_of_the_pages_are_accepted(self):
+        pages = ("datasets.md", "docs/first_hour.md")
+        blocks = [block for page in pages for block in re.findall(r"```toml\n(root .*?)```", (REPOSITORY / page).read_text(), re.DOTALL)]
+        self.assertGreater(len(blocks), 6)
+        for block in blocks:
+            with tempfile.NamedTemporaryFile("w", suffix=".toml") as site:
+                site.write(block)
+                site.flush()
+                checked = run("frames", "--check-config", "--config", DEFAULTS["frames"], "--in", f"site={site.name}")
+                self.assertEqual(checked.returncode, 0, block + checked.stderr)
 
     def test_options_of_a_program_are_its_defaults(self):
         def check(stage):
