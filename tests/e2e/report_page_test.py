@@ -134,7 +134,7 @@ class SmallSiteTest(PageTest):
 
     def test_a_failed_run_says_what_failed_and_what_to_do(self):
         work = self.work.copy().removed_after(self)
-        work.output("map", "SET=octree.resolution_m=0.1", "LAUNCH=sh -c 'echo 10:00:00 error octree: no room in /a/long/path/$$(seq -s/ 200); exit 1'", code=2)
+        work.output("map", "SET=octree.resolution_m=0.1", "LAUNCH=sh -c 'echo 10:00:00 error octree: no room in /a/long/path/$$(seq -s/ 60); exit 1'", code=2)
         path = work.path("report/index.html")
         self.check_page(path)
         said = DrivenPage(self, path).value("document.querySelector('.said').textContent")
