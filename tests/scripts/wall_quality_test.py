@@ -2,12 +2,15 @@
 """Thickness and doubling of walls: on grids whose walls are known."""
 
 import unittest
+from types import SimpleNamespace
 
 import numpy as np
 
 import fake_site  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from nightmap_eval.laser.report_laser import fields
 from nightmap_eval.laser.wall_quality import wall_metrics
+from nightmap_eval.page.places import bad_parts
 
 CELL_M = 0.05
 SIZE = 121
@@ -139,3 +142,27 @@ class DoubledTest(unittest.TestCase):
         grid = walls([0.0, 0.3])
         grid.cells[63, 50] = OCCUPIED
         self.assertGreater(wall_metrics(grid)["doubled_percent"], 98)
+
+
+class FieldsTest(unittest.TestCase):
+    """The same by place, as the page shows it."""
+
+    def places(self, grid):
+        return [place for field in fields(None, SimpleNamespace(grids={0: grid})) for _, place in bad_parts(field)]
+
+    def test_a_wall_that_is_drawn_twice_in_part_is_told_there(self):
+        grid = walls([0.0])
+        grid.cells[65, 60:] = OCCUPIED  # 0.25 m beside it
+        [place] = self.places(grid)
+        self.assertRegex(place.said, "walls are drawn twice")
+        self.assertGreater(place.x_m, 60 * CELL_M - 0.5)
+        self.assertAlmostEqual(place.y_m, 61 * CELL_M, delta=0.5)
+
+    def test_a_thick_wall_is_told_with_its_thickness(self):
+        [place] = self.places(band(7))
+        self.assertRegex(place.said, "walls are 35 cm thick")
+
+    def test_thin_walls_are_no_places_to_look_at_and_an_empty_grid_has_none(self):
+        for angle_deg in ANGLES_DEG:
+            self.assertEqual(self.places(walls([0.0], angle_deg)), [])
+        self.assertEqual(self.places(Grid(np.full((40, 40), FREE, np.uint8), CELL_M)), [])

@@ -10,7 +10,9 @@ import yaml
 from nightmap_eval import drawing, html
 from nightmap_eval.grid import read_grid
 from nightmap_eval.laser.laser_accuracy import STRETCHES_M
+from nightmap_eval.laser.wall_quality import doubled, thickness_cells, wall_cells
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
+from nightmap_eval.page.fields import Cells
 from nightmap_eval.page.floor_map import Layer, area, cells_png
 from nightmap_eval.report_map import ate_rows, building_rows
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
@@ -35,6 +37,7 @@ RELATION_ROWS = (
 DEFAULT_MAX_SIZE_M = 4.0  # of max_object_size_m
 PARTS = ("objects_file.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
 START = 'new ObjectsEditor(document.getElementById("objects"), JSON.parse(document.getElementById("objects-data").textContent));'
+PLACE_M, MIN_WALL_M = 0.5, 0.3  # edge of a place, and length of the wall in it from which on it is judged
 OBJECT_KEYS = ("x_m", "y_m", "size_x_m", "size_y_m", "angle_deg")
 SIGNS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -43,6 +46,22 @@ def sections(site, metrics):
     figures = laser_figures(metrics)
     made = (figures_section(figures), error_section(site, figures), objects_section(site))
     return [section for section in made if section]
+
+
+def fields(site, plan):
+    """Quality of the walls of each floor's grid by place: thickness, and how much is drawn twice."""
+    for floor, grid in plan.grids.items():
+        walls = wall_cells(grid)
+        if len(walls.cells) == 0:
+            continue
+        rows, columns = (walls.cells + 0.5).T
+        cells = Cells(grid.from_cells(columns, rows), PLACE_M)
+        counts = cells.sums(np.ones(len(walls.cells)))
+        is_wall = counts * grid.resolution_m >= MIN_WALL_M
+        twice = 100 * cells.sums(doubled(grid, walls).astype(float)) / np.maximum(counts, 1)
+        thickness_cm = 100 * grid.resolution_m * cells.median(thickness_cells(grid, walls))
+        yield cells.field("thickness of walls", floor, np.where(is_wall, thickness_cm, np.nan), 0, 30, "cm", "inferno")
+        yield cells.field("walls drawn twice", floor, np.where(is_wall, twice, np.nan), 0, 100, "%", "inferno")
 
 
 def layers(site, plan):

@@ -20,11 +20,11 @@ def plan_parts(site, truth):
     plan, way = Plan(site), way_of(site)
     if not plan.grids and not way:
         return None
-    found = fields(site, plan)
+    found = [*fields(site, plan), *_of_sections(site, plan, "fields")]
     rooms = {number: find_rooms(grid)[1] for number, grid in plan.grids.items() if (grid.cells == FREE).any()}
     places = places_to_look_at(site, plan, found)
     layers = [
-        _grids(plan), *_fields(found), *_of_sections(site, plan), _rooms(rooms), *_ways(site, plan, way, truth), *_loops(site, plan, way),
+        _grids(plan), *_fields(found), *_of_sections(site, plan, "layers"), _rooms(rooms), *_ways(site, plan, way, truth), *_loops(site, plan, way),
         *_paths(site, plan), _queries(site, plan), _places(places)]  # fmt: skip
     command = f"make plan SITE={site.name}" if site.has("plan") else ""
     no_way = html.paragraph("There is no trajectory: the map_frame stage did not run.", "failed") if not way and site.has("map_frame") else ""
@@ -89,9 +89,10 @@ def _drive(site):
     return [(float(row["x_m"]), float(row["y_m"])) for row in read_csv(path, ("x_m", "y_m"))] if path else None
 
 
-def _of_sections(site, plan):
+def _of_sections(site, plan, kind):
+    """"fields" or "layers" of other jobs' sections."""
     for _, module in site.sections("report"):
-        yield from module.layers(site, plan) if hasattr(module, "layers") else ()
+        yield from getattr(module, kind)(site, plan) if hasattr(module, kind) else ()
 
 
 def _queries(site, plan):

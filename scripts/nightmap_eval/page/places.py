@@ -12,11 +12,13 @@ from nightmap_eval.ways import way_of
 MAX_PLACES = 6
 MIN_M2 = 0.4  # a place that is smaller is no place to look at
 # Field -> (from which value on a place is bad, whether larger is worse, words). Depth cameras are exact to 1 or 2 cm within 4 m, and
-# a wall that was drawn twice is thicker. Held-out rays agree but for edges and glass. Queries are asked for within 5 to 10 cm.
+# a wall that was drawn twice is thicker. A laser draws a wall one or two cells of 5 cm thick. Held-out rays agree but for edges and glass. Queries are asked for within 5 to 10 cm.
 LIMITS = {
     "thickness of surfaces": (4, True, "surfaces are up to {:.1f} cm thick"),
     "held-out rays that agree": (70, False, "only {:.0f} % of the held-out rays agree with the cloud"),
     "uncertainty of landmarks": (10, True, "landmarks are uncertain by {:.0f} cm"),
+    "walls drawn twice": (50, True, "{:.0f} % of the walls are drawn twice: the robot's way did not meet itself again"),
+    "thickness of walls": (25, True, "walls are {:.0f} cm thick: scans of this place do not agree"),
 }
 
 
