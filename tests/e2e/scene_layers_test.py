@@ -55,7 +55,7 @@ class MadeUpPageTest(unittest.TestCase):
     def open(self, layers, texts):
         shown = {"site": self.NAME, "layers": layers, "views": [], "outline": [0, 0, 0, 2, 3, 1], "bounds": [0, 0, 0, 2, 3, 1]}
         path = self.folder / "index.html"
-        path.write_text(html.page(self.NAME, "", [html.section(self.NAME, html.Raw(scene.markup(shown, texts)))]), encoding="utf-8")
+        path.write_text(html.page(self.NAME, "", [html.section(self.NAME, html.Raw(scene.markup(shown, texts)), is_open=True)]), encoding="utf-8")
         return ScenePage(self, path)
 
     def test_markup_in_a_name_stays_text(self):
