@@ -74,6 +74,8 @@ class PageTest(unittest.TestCase):
         for scheme in ("light", "dark"):
             page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
             self.assertEqual(page.value(CONTRASTS), [], scheme)
+        ids = page.value("[...document.querySelectorAll('[id]')].map((element) => element.id)")
+        self.assertEqual(sorted(set(ids)), sorted(ids))
         self.check_layers(page)
         self.check_clicks(page)
         self.check_scene(path)

@@ -36,7 +36,7 @@ RELATION_ROWS = (
 )
 DEFAULT_MAX_SIZE_M = 4.0  # of max_object_size_m
 PARTS = ("objects_file.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
-START = 'new ObjectsEditor(document.getElementById("objects"), JSON.parse(document.getElementById("objects-data").textContent));'
+START = 'new ObjectsEditor(document.getElementById("objects-editor"), JSON.parse(document.getElementById("objects-data").textContent));'
 PLACE_M, MIN_WALL_M = 0.5, 0.3  # edge of a place, and length of the wall in it from which on it is judged
 OBJECT_KEYS = ("x_m", "y_m", "size_x_m", "size_y_m", "angle_deg")
 SIGNS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -168,8 +168,7 @@ def objects_section(site):
             "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. "
             "Download objects.yaml when they are right, and give it to the next make by "
             f"<code>{html.escape(command)}</code>. A click on the map tells a place for make localize.")  # fmt: skip
-    editor = html.folded("Draw objects on the map", html.Raw(editor_html(grid, files, max_size_m(site))))
-    return html.section("Objects", html.paragraph(html.Raw(said)), *problems, editor)
+    return html.section("Objects", html.paragraph(html.Raw(said)), *problems, html.Raw(editor_html(grid, files, max_size_m(site))))
 
 
 def max_size_m(site):
