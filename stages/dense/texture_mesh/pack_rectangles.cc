@@ -24,6 +24,7 @@ PackedRectangles PackRectangles(const std::vector<Eigen::Vector2i>& sizes, int p
   std::vector<Row> rows;
   for (const std::size_t i : order) {
     const Eigen::Vector2i& size = sizes[i];
+    if (size.isZero()) continue;
     auto row = std::ranges::find_if(
         rows, [&](const Row& some) { return some.used + size.x() <= page_px; });
     if (row == rows.end()) {

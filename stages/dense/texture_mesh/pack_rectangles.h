@@ -19,7 +19,7 @@ struct PackedRectangles {
 };
 
 // Rectangles of width x height pixels, none larger than page_px, in rows: highest first, each in
-// the first row of any page with room for it. No two overlap.
+// the first row of any page with room for it. No two overlap. One of 0 x 0 needs no page.
 PackedRectangles PackRectangles(const std::vector<Eigen::Vector2i>& sizes, int page_px);
 
 }  // namespace nightmap
