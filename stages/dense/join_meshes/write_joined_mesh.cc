@@ -47,6 +47,7 @@ void WriteJoinedMesh(const JoinMeshesOptions& options, StageContext& context) {
         return ReadTileTexture(textures[tile], mesh);
       });
   RemoveOtherTiles(std::filesystem::absolute(context.FinalPath("mesh")).parent_path(), tiles);
+  RemoveOtherTiles(std::filesystem::absolute(textures.front()).parent_path(), tiles);
   auto& report = context.Report();
   report["num_tiles"] = tiles.size();
   report["num_vertices"] = joined.size.num_vertices;

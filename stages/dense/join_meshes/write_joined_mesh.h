@@ -9,7 +9,7 @@ namespace nightmap {
 
 // Reads the inputs tile, tile_mesh, tile_report, tile_texture and texture_report of the same tiles.
 // Writes the outputs mesh (PLY), glb and textured (GLB). Removes files of other tiles from the
-// folder of the outputs.
+// folders of the outputs and of the textures.
 void WriteJoinedMesh(const JoinMeshesOptions& options, StageContext& context);
 
 }  // namespace nightmap

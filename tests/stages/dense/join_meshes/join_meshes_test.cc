@@ -75,10 +75,11 @@ Value At(const std::string& bytes, std::size_t offset) {
 class JoinMeshesFilesTest : public InFolder {
  protected:
   void SetUp() override {
+    std::filesystem::create_directory(textures_);
     const auto meshes = TwoSquares();
     for (const int i : {0, 1}) {
       WriteTileMesh(File("tile", i, ".ply"), meshes[static_cast<std::size_t>(i)]);
-      WriteTileTexture(File("tile", i, ".h5"), TwoTextures()[static_cast<std::size_t>(i)], "");
+      WriteTileTexture(Texture(i), TwoTextures()[static_cast<std::size_t>(i)], "");
       folder_.Write(File("texture_report", i, ".json").filename(), R"({"config": ""})");
       const Tile tile = TileOf({{{i + 0.0, 0}, {i + 1.0, 1}}, 0.5, 4.0}, 1);
       folder_.Write(File("tile", i, ".json").filename(), TileToJson(tile));
@@ -89,6 +90,8 @@ class JoinMeshesFilesTest : public InFolder {
   Path File(const std::string& kind, int i, const std::string& extension) const {
     return folder_ / (kind + "_" + std::to_string(i) + "_0" + extension);
   }
+
+  Path Texture(int i) const { return textures_ / ("tile_" + std::to_string(i) + "_0.h5"); }
 
   void WriteReport(int i, const std::string& config) const {
     folder_.Write(File("report", i, ".json").filename(), nlohmann::json{{"config", config}}.dump());
@@ -104,7 +107,7 @@ class JoinMeshesFilesTest : public InFolder {
       add("--in", "tile", File("tile", i, ".json"));
       add("--in", "tile_mesh", File("tile", i, ".ply"));
       add("--in", "tile_report", File("report", i, ".json"));
-      add("--in", "tile_texture", File("tile", i, ".h5"));
+      add("--in", "tile_texture", Texture(i));
       add("--in", "texture_report", File("texture_report", i, ".json"));
     }
     for (const char* port : {"mesh", "glb", "textured", "report"})
@@ -120,6 +123,7 @@ class JoinMeshesFilesTest : public InFolder {
     return RunProgram(spec, arguments, JoinMeshesOptions{}, WriteJoinedMesh, &err_);
   }
 
+  const Path textures_ = folder_ / "textures";  // the folder of another job
   std::string err_;
 };
 
@@ -154,6 +158,8 @@ TEST_F(JoinMeshesFilesTest, TheGlbIsWhatItsDescriptionSays) {
 TEST_F(JoinMeshesFilesTest, RemovesWhatIsOfOtherTiles) {
   ASSERT_EQ(JoinFiles({1}), 0) << err_;
   EXPECT_FALSE(std::filesystem::exists(File("tile", 0, ".ply")));
+  EXPECT_FALSE(std::filesystem::exists(textures_ / "tile_0_0.h5"));
+  EXPECT_TRUE(std::filesystem::exists(textures_ / "tile_1_0.h5"));
   EXPECT_TRUE(std::filesystem::exists(File("tile", 1, ".ply")));
 }
 
@@ -173,9 +179,9 @@ TEST_F(JoinMeshesFilesTest, TilesOfDifferentConfigsAreRefused) {
 }
 
 TEST_F(JoinMeshesFilesTest, ATextureOfAnotherMeshIsRefused) {
-  WriteTileTexture(File("tile", 1, ".h5"), TwoTextures()[0], "");
+  WriteTileTexture(Texture(1), TwoTextures()[0], "");
   EXPECT_EQ(JoinFiles(), 1);
-  EXPECT_THAT(err_, testing::HasSubstr(File("tile", 1, ".h5").string()));
+  EXPECT_THAT(err_, testing::HasSubstr(Texture(1).string()));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "mesh"));
 }
 
