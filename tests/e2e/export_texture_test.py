@@ -117,7 +117,7 @@ class ExportTextureTest(SiteTest):
                 yield color, depth, rotations[i], poses.positions_m[i]
 
     def errors(self, points, rgb):
-        """Of the colors of points, where the views see these."""
+        """Differences between the colors of points and of the views that see them."""
         found = []
         for color, depth, rotation, position in self.views():
             in_camera = (points - position) @ rotation

@@ -37,7 +37,8 @@ struct TextureMeshResult {
 // and their colors are scaled to the mean of the colors of their vertices. Triangles that no
 // keyframe sees are in charts without a page.
 //
-// Holds the texture and two views per thread. Same result at any number of threads.
+// Holds the texture, kMaxViews views of each triangle, and the pixels of four keyframes per thread.
+// Same result at any number of threads.
 TextureMeshResult RunTextureMesh(const TextureMeshOptions& options,
                                  const TileMesh& mesh,
                                  const KeyframeSource& source,

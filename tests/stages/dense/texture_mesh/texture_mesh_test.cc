@@ -55,7 +55,7 @@ class TextureMeshTest : public InFolder {
   TextureMeshOptions options_;
 
  private:
-  // Of the mean of the four texels around.
+  // Compares the mean of the four texels around.
   static double ErrorAt(const ColorImage& page,
                         const Eigen::Vector2d& uv,
                         const Eigen::Vector3f& on_floor) {
@@ -110,7 +110,7 @@ TEST_F(TextureMeshTest, WhatIsBehindAnObstacleDoesNotGetItsColor) {
   const auto result = Make({.cameras_x_m = {0.8}, .occluded_to_x_m = 0.7}, mesh);
   EXPECT_GT(result.num_textured_triangles, 300U);
   EXPECT_LT(LargestError(mesh, result.texture), 10);
-  // What the plate hides from the one is seen by the other.
+  // The second camera sees what the plate hides from the first.
   const auto both = Make({.cameras_x_m = {0.8, 1.4}, .occluded_to_x_m = 0.7}, mesh);
   EXPECT_GT(both.num_textured_triangles, result.num_textured_triangles);
   EXPECT_LT(LargestError(mesh, both.texture), 10);
