@@ -10,7 +10,7 @@ namespace {
 constexpr double kSigmas = 3;
 constexpr double kMinCosine = 0.2;      // to the normal: a view at 78 degrees
 constexpr float kEndOfSurface = 0.01F;  // times the score
-constexpr double kMaxBorder_px = 1;     // the pixels beside a corner are in the picture
+constexpr double kBorder_px = 1;        // the pixels beside a corner are in the picture
 
 struct Facet {
   Eigen::Vector3d centre_in_map, normal_in_map;
@@ -63,9 +63,9 @@ class View {
  private:
   Sight SightOf(const Eigen::Vector3d& point, double slack_m) const {
     const auto pixel = camera_.color.Project(point);
-    if (!pixel || pixel->x() < kMaxBorder_px || pixel->y() < kMaxBorder_px ||
-        pixel->x() > camera_.color.width - 1 - kMaxBorder_px ||
-        pixel->y() > camera_.color.height - 1 - kMaxBorder_px) {
+    if (!pixel || pixel->x() < kBorder_px || pixel->y() < kBorder_px ||
+        pixel->x() > camera_.color.width - 1 - kBorder_px ||
+        pixel->y() > camera_.color.height - 1 - kBorder_px) {
       return Sight::kHidden;
     }
     const int at_x = static_cast<int>(std::lround(pixel->x()));

@@ -94,7 +94,6 @@ std::vector<ColorImage> PaintPages(const TileMesh& mesh,
     wanted[source.keyframes[view].keyframe_idx] = &some;
   }
   std::vector<ColorImage> pages = EmptyPages(charts.packed.pages);
-  result.num_views = 0;
   result.skipped = FuseKeyframes<std::vector<CutChart>>(
       used,
       progress,
