@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <turbojpeg.h>
 
+#include <memory>
 #include <string_view>
 #include <utility>
 
+#include "pipeline/base/error.h"
 #include "pipeline/io/picture_file.h"
 
 namespace nightmap {
@@ -64,6 +66,32 @@ std::unique_ptr<PictureFile> OpenJpeg(std::string bytes) {
   auto file = std::make_unique<JpegFile>(std::move(bytes));
   if (!file->Open()) return nullptr;
   return file;
+}
+
+std::string EncodeJpeg(const ColorImage& image, int quality) {
+  const std::unique_ptr<void, int (*)(tjhandle)> encoder(tjInitCompress(), tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  const int failed = !encoder ? -1
+                              : tjCompress2(encoder.get(),
+                                            image.pixels.data(),
+                                            image.width,
+                                            0,
+                                            image.height,
+                                            TJPF_RGB,
+                                            &bytes,
+                                            &size,
+                                            TJSAMP_444,
+                                            quality,
+                                            TJFLAG_ACCURATEDCT);
+  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
+  if (failed != 0) {
+    throw DataError("cannot encode a picture of {} x {} pixels as JPEG: {}",
+                    image.width,
+                    image.height,
+                    encoder ? tjGetErrorStr2(encoder.get()) : tjGetErrorStr());
+  }
+  return {reinterpret_cast<const char*>(bytes), size};
 }
 
 }  // namespace nightmap

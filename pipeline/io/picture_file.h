@@ -48,4 +48,9 @@ std::unique_ptr<PictureFile> OpenPgm(const std::filesystem::path& path, std::str
 std::string EncodePng(const Image<std::uint8_t>& image);
 std::string EncodePng(const Image<std::uint16_t>& image);
 
+// The bytes of a JPEG file of an RGB picture, without subsampled colors, which depend on the pixels
+// and the quality (1 .. 100) alone. Throws DataError when libjpeg cannot encode it, as beyond 65500
+// pixels of width or height.
+std::string EncodeJpeg(const ColorImage& image, int quality);
+
 }  // namespace nightmap

@@ -119,7 +119,7 @@ class ExportMeshTest(SiteTest):
 
     def test_bytes_do_not_depend_on_threads(self):
         again = self.work.copy().removed_after(self)
-        for path in again.path("mesh").iterdir():
+        for path in (*again.path("mesh").iterdir(), *again.path("texture_mesh").iterdir()):
             path.unlink()
         again.output("export", "THREADS=1")
         self.assertEqual(again.hashes(), self.work.hashes())
@@ -129,7 +129,9 @@ class ExportMeshTest(SiteTest):
         tile = again.path("mesh/tile_0_0.ply")
         tile.write_bytes(tile.read_bytes()[:-1])
         result = again.run("join_meshes", "--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in", f"tile_mesh=maps/{SITE}/mesh/tile_0_0.ply",
-                           "--in", f"tile_report=maps/{SITE}/mesh/report_0_0.json", "--out", "mesh=new.ply", "--out", "glb=new.glb")  # fmt: skip
+                           "--in", f"tile_report=maps/{SITE}/mesh/report_0_0.json", "--in", f"tile_texture=maps/{SITE}/texture_mesh/tile_0_0.h5",
+                           "--in", f"texture_report=maps/{SITE}/texture_mesh/report_0_0.json",
+                           "--out", "mesh=new.ply", "--out", "glb=new.glb", "--out", "textured=new_textured.glb")  # fmt: skip
         self.assertEqual(result.returncode, 1, result.stdout)
         self.assertIn(f"maps/{SITE}/mesh/tile_0_0.ply: its elements need", result.stdout)
         self.assertFalse((again.folder / "new.ply").exists())

@@ -110,6 +110,11 @@ JoinedMesh MeshJoin::Choose(double min_component_m2) {
   for (const auto& [bits, vertex] : seam_) {
     joined.size.num_vertices += parts_[vertex.component].is_kept ? 1 : 0;
   }
+  for (std::size_t i = 0, tile = 0; tile < first_parts_.size(); ++tile) {
+    auto& is_kept = joined.is_kept.emplace_back();
+    const std::size_t end = tile + 1 < first_parts_.size() ? first_parts_[tile + 1] : parts_.size();
+    for (; i < end; ++i) is_kept.push_back(parts_[i].is_kept);
+  }
   return joined;
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <functional>
+#include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/dense/mesh_io.h"
@@ -25,6 +26,7 @@ struct JoinedMesh {
   Eigen::AlignedBox3f box_in_map;  // of the vertices
   std::size_t num_components = 0;
   std::size_t num_dropped_components = 0;
+  std::vector<std::vector<bool>> is_kept;  // of each tile, by component
 };
 
 // Takes the joined mesh: once `begin`, then each vertex, then each triangle.

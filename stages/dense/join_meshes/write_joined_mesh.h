@@ -7,8 +7,9 @@
 
 namespace nightmap {
 
-// Reads the inputs tile, tile_mesh and tile_report of the same tiles. Writes the outputs mesh (PLY)
-// and glb. Removes files of other tiles from the folder of the outputs.
+// Reads the inputs tile, tile_mesh, tile_report, tile_texture and texture_report of the same tiles.
+// Writes the outputs mesh (PLY), glb and textured (GLB). Removes files of other tiles from the
+// folders of the outputs and of the textures.
 void WriteJoinedMesh(const JoinMeshesOptions& options, StageContext& context);
 
 }  // namespace nightmap

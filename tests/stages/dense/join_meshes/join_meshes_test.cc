@@ -7,27 +7,11 @@
 #include "stages/dense/join_meshes/glb_io.h"
 #include "stages/dense/join_meshes/write_joined_mesh.h"
 #include "tests/dense/join_tiles.h"
+#include "tests/stages/dense/join_meshes/two_squares.h"
 
 namespace nightmap::join_meshes_test {
 
 using Path = std::filesystem::path;
-
-MeshVertex VertexAt(float x_m, float y_m) { return {{x_m, y_m, 7}, {0, 0, 1}, {255, 0, 128}}; }
-
-// The squares (0, 0) to (1, 1) and (1, 0) to (2, 1), which share an edge on the seam x = 1, and in
-// the left tile a triangle of 0.5 cm2 apart from them.
-std::vector<TileMesh> TwoSquares() {
-  TileMesh left, right;
-  left.vertices = {VertexAt(1, 0), VertexAt(1, 1), VertexAt(0, 0), VertexAt(0, 1)};
-  left.triangles = {{2, 0, 3}, {0, 1, 3}, {4, 5, 6}};
-  for (const float x_m : {0.50F, 0.51F}) left.vertices.push_back(VertexAt(x_m, 5));
-  left.vertices.push_back(VertexAt(0.5F, 5.01F));
-  left.components = {{4, 2, 2, 1.0}, {3, 0, 1, 0.5e-4}};
-  right.vertices = {VertexAt(1, 0), VertexAt(1, 1), VertexAt(2, 0), VertexAt(2, 1)};
-  right.triangles = {{0, 2, 1}, {2, 3, 1}};
-  right.components = {{4, 2, 2, 1.0}};
-  return {left, right};
-}
 
 struct Collected {
   JoinedMesh joined;
@@ -91,9 +75,12 @@ Value At(const std::string& bytes, std::size_t offset) {
 class JoinMeshesFilesTest : public InFolder {
  protected:
   void SetUp() override {
+    std::filesystem::create_directory(textures_);
     const auto meshes = TwoSquares();
     for (const int i : {0, 1}) {
       WriteTileMesh(File("tile", i, ".ply"), meshes[static_cast<std::size_t>(i)]);
+      WriteTileTexture(Texture(i), TwoTextures()[static_cast<std::size_t>(i)], "");
+      folder_.Write(File("texture_report", i, ".json").filename(), R"({"config": ""})");
       const Tile tile = TileOf({{{i + 0.0, 0}, {i + 1.0, 1}}, 0.5, 4.0}, 1);
       folder_.Write(File("tile", i, ".json").filename(), TileToJson(tile));
       WriteReport(i, "cell_voxels = 2.0\n");
@@ -103,6 +90,8 @@ class JoinMeshesFilesTest : public InFolder {
   Path File(const std::string& kind, int i, const std::string& extension) const {
     return folder_ / (kind + "_" + std::to_string(i) + "_0" + extension);
   }
+
+  Path Texture(int i) const { return textures_ / ("tile_" + std::to_string(i) + "_0.h5"); }
 
   void WriteReport(int i, const std::string& config) const {
     folder_.Write(File("report", i, ".json").filename(), nlohmann::json{{"config", config}}.dump());
@@ -118,17 +107,23 @@ class JoinMeshesFilesTest : public InFolder {
       add("--in", "tile", File("tile", i, ".json"));
       add("--in", "tile_mesh", File("tile", i, ".ply"));
       add("--in", "tile_report", File("report", i, ".json"));
+      add("--in", "tile_texture", Texture(i));
+      add("--in", "texture_report", File("texture_report", i, ".json"));
     }
-    for (const char* port : {"mesh", "glb", "report"}) add("--out", port, folder_ / port);
+    for (const char* port : {"mesh", "glb", "textured", "report"})
+      add("--out", port, folder_ / port);
     const StageSpec spec{"join_meshes",
                          "test",
                          {{"tile", "", Arity::kMany},
                           {"tile_mesh", "", Arity::kMany},
-                          {"tile_report", "", Arity::kMany}},
-                         {{"mesh", ""}, {"glb", ""}}};
+                          {"tile_report", "", Arity::kMany},
+                          {"tile_texture", "", Arity::kMany},
+                          {"texture_report", "", Arity::kMany}},
+                         {{"mesh", ""}, {"glb", ""}, {"textured", ""}}};
     return RunProgram(spec, arguments, JoinMeshesOptions{}, WriteJoinedMesh, &err_);
   }
 
+  const Path textures_ = folder_ / "textures";  // the folder of another job
   std::string err_;
 };
 
@@ -163,6 +158,8 @@ TEST_F(JoinMeshesFilesTest, TheGlbIsWhatItsDescriptionSays) {
 TEST_F(JoinMeshesFilesTest, RemovesWhatIsOfOtherTiles) {
   ASSERT_EQ(JoinFiles({1}), 0) << err_;
   EXPECT_FALSE(std::filesystem::exists(File("tile", 0, ".ply")));
+  EXPECT_FALSE(std::filesystem::exists(textures_ / "tile_0_0.h5"));
+  EXPECT_TRUE(std::filesystem::exists(textures_ / "tile_1_0.h5"));
   EXPECT_TRUE(std::filesystem::exists(File("tile", 1, ".ply")));
 }
 
@@ -179,6 +176,13 @@ TEST_F(JoinMeshesFilesTest, TilesOfDifferentConfigsAreRefused) {
   WriteReport(1, "cell_voxels = 3.0\n");
   EXPECT_EQ(JoinFiles(), 1);
   EXPECT_THAT(err_, testing::HasSubstr(File("report", 1, ".json").string()));
+}
+
+TEST_F(JoinMeshesFilesTest, ATextureOfAnotherMeshIsRefused) {
+  WriteTileTexture(Texture(1), TwoTextures()[0], "");
+  EXPECT_EQ(JoinFiles(), 1);
+  EXPECT_THAT(err_, testing::HasSubstr(Texture(1).string()));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "mesh"));
 }
 
 TEST_F(JoinMeshesFilesTest, AMeshBeyondFourGibibytesIsRefusedWithARemedy) {
