@@ -46,7 +46,7 @@ def show_frames(figure, cells, data, rows):
 def show_plan(axes, site):
     estimate = read_tum(site.needed("map_frame", "trajectory"))
     draw_grid(axes, read_grid(site.needed("grid", "yaml")))
-    draw_trajectory(axes, estimate.positions_m, None, loop_ends(site, estimate)[0])
+    draw_trajectory(axes, estimate.positions_m, loop_ends(site, estimate)[0])
     path_m = read_path(site)
     if path_m is not None and len(path_m) and read_path_figures(site).get("floor", 0) == 0:
         draw_path(axes, path_m)

@@ -34,42 +34,67 @@ except (ImportError, MemoryError) as error:  # a package that is missing, or a l
 
 
 def make_report(site_dir, data, page_folder, of_what_is_whole=False):
-    """Writes what changed beside the page, and returns the page, which begins with the failure of a failed run. of_what_is_whole: it says
-    which files are damaged."""
+    """The page, which begins with the failure of a failed run; beside it writes what it compares the next with. of_what_is_whole: it says which
+    files are damaged, as the page of a failed run does."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
-    site = Site(site_dir, data)
+    site = Site(site_dir, data if data is not None and data.is_dir() else None)
     failure = read_failure(site)
-    failed = [failure_section(failure)] if failure else []
-    try:
-        first, sections = first_and_sections(site, data, failure, page_folder)
-    except (DataError, OSError) as error:
-        if not (failure or of_what_is_whole):
-            raise
-        first = first_screen(site, {}, [], failure, None, None)
-        sections = [html.section("Results", html.paragraph(f"Some of the results cannot be shown: {error}", "failed"), is_open=True)]
-    return html.page(f"{site.name}: nightmap", first, [*failed, *sections])
+    whole = Whole(failure is not None or of_what_is_whole)
+    metrics, stages, verdict = (
+        whole.part(lambda: read_metrics(site.made("evaluate", "metrics")), {}), whole.part(lambda: read_stages(site), []), whole.part(lambda: read_verdict(site)))
+    sections = whole.part(lambda: sections_of(site, whole, metrics, stages, verdict), [])
+    plan = whole.part(lambda: plan_parts(site, truth_in_map(site, metrics)))
+    changed = whole.part(lambda: changes_since(site, metrics, stages, verdict, page_folder, is_kept=not whole.is_lenient))
+    first = first_screen(site, metrics, stages, failure, verdict, plan)
+    told = [failure_section(failure)] if failure else []
+    return html.page(f"{site.name}: nightmap", first, [*told, *whole.sections(), *sections, *filter(None, [changed]), files_section(site, page_folder)])
 
 
-def first_and_sections(site, data, failure, page_folder):
-    metrics, stages, verdict = read_metrics(site.made("evaluate", "metrics")), read_stages(site), read_verdict(site)
-    runs = changes.next_runs(changes.read_runs(page_folder), changes.state_of(site, metrics, stages, verdict))
-    sections = [
-        scene_section(site, metrics, data),
-        *map_sections(site, metrics),
-        *([query_section(site, metrics, data)] if has_queries(site) else []),
-        loop_pictures_section(site, data),
-        calibration_section(site),
-        comparison_section(site),
-        *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
-        checks_section(verdict) if verdict else None,
-        changes.changes_section(runs),
-        *run_sections(site, metrics, stages),
-        files_section(site, page_folder),
+class Whole:
+    """Parts of the page that can be made. Where it is lenient, those that cannot be are told in a section; else the first is an error."""
+
+    def __init__(self, is_lenient):
+        self.is_lenient, self.errors = is_lenient, []
+
+    def part(self, make, otherwise=None):
+        try:
+            return make()
+        except (DataError, OSError) as error:
+            if not self.is_lenient:
+                raise
+            self.errors += [str(error)] if str(error) not in self.errors else []
+            return otherwise
+
+    def sections(self):
+        return [html.section("Damaged results", *(html.paragraph(error, "failed") for error in self.errors), is_open=True)] if self.errors else []
+
+
+def sections_of(site, whole, metrics, stages, verdict):
+    data = site.data
+    makers = [
+        lambda: [scene_section(site, metrics, data)],
+        lambda: map_sections(site, metrics),
+        lambda: [query_section(site, metrics, data)] if has_queries(site) else [],
+        lambda: [loop_pictures_section(site, data)],
+        lambda: [calibration_section(site)],
+        lambda: [comparison_section(site)],
+        *(lambda module=module: module.sections(site, metrics) for _, module in site.sections("report")),
+        lambda: [checks_section(verdict) if verdict else None],
+        lambda: run_sections(site, metrics, stages),
     ]
-    first = first_screen(site, metrics, stages, failure, verdict, plan_parts(site, truth_in_map(site, metrics)))
-    changes.write_runs(page_folder, runs)
-    return first, [section for section in sections if section is not None]
+    made = [section for maker in makers for section in whole.part(lambda: list(maker()), [])]
+    return [section for section in made if section is not None]
+
+
+def changes_since(site, metrics, stages, verdict, page_folder, is_kept):
+    """The section on what changed. is_kept: this state is what the next page compares with; that of a failed run is not."""
+    if site.has("verdict") and not verdict:
+        return None
+    runs = changes.next_runs(changes.read_runs(page_folder), changes.state_of(site, metrics, stages, verdict))
+    if is_kept:
+        changes.write_runs(page_folder, runs)
+    return changes.changes_section(runs)
 
 
 def has_queries(site):

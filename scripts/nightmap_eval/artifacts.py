@@ -54,12 +54,13 @@ def shard_names(site):
 
 
 class Frames:
-    """The mapping frames of a site, in order."""
+    """The mapping frames of a site, in order; each row has the name of its shard."""
 
     def __init__(self, site):
         self.rows = []
         for name in shard_names(site):
-            self.rows += read_csv(site.path("frames", "shard", name), ("frame_idx", "time_ns", "sequence_idx", "color_path"))
+            rows = read_csv(site.path("frames", "shard", name), ("frame_idx", "time_ns", "sequence_idx", "color_path"))
+            self.rows += [row | {"shard": name} for row in rows]
         source = site.folder_of("frames")
         self.frame_idxs = to_ints(self.rows, "frame_idx", source)
         self.times_ns = to_ints(self.rows, "time_ns", source)
@@ -69,6 +70,10 @@ class Frames:
 
     def __len__(self):
         return len(self.rows)
+
+    def by_index(self):
+        """frame_idx -> row."""
+        return dict(zip(self.frame_idxs.tolist(), self.rows))
 
 
 def tracking_states(site, shard):

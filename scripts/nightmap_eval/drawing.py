@@ -40,13 +40,11 @@ def line_axes(size, x, y):
     return figure, axes
 
 
-def draw_trajectory(axes, estimate_m, truth_m=None, loops_m=()):
+def draw_trajectory(axes, estimate_m, loops_m=()):
     """Top view. loops_m: pairs of positions of accepted loop closures."""
     for i, (start, end) in enumerate(loops_m):
         label = f"loops ({len(loops_m)})" if i == 0 else None
         axes.plot(*np.transpose([start[:2], end[:2]]), color=GREEN, lw=0.8, alpha=0.6, label=label)
-    if truth_m is not None:
-        axes.plot(truth_m[:, 0], truth_m[:, 1], color=ORANGE, lw=2.2, label="truth")
     axes.plot(estimate_m[:, 0], estimate_m[:, 1], color=BLUE, lw=1.2, label="estimate")
     axes.plot(*estimate_m[0, :2], "o", color=BLUE, ms=6)
 

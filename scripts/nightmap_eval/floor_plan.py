@@ -26,10 +26,11 @@ class Feature:
     label_m: tuple = ()
 
 
-def floors_at(floors, heights_m):
-    """For each height the highest of floors.json's floors that is not above it, else the lowest: floors by height, and indices in them."""
+def floors_at(floors, heights_m, reach_m=FLOOR_REACH_M):
+    """For each height the highest of floors.json's floors that is not above it by more than reach_m, else the lowest: floors by height, and
+    indices in them."""
     by_height = sorted(floors, key=lambda floor: floor["height_m"])
-    above = np.searchsorted([floor["height_m"] for floor in by_height], np.asarray(heights_m) + FLOOR_REACH_M, side="right")
+    above = np.searchsorted([floor["height_m"] for floor in by_height], np.asarray(heights_m) + reach_m, side="right")
     return by_height, np.maximum(above - 1, 0)
 
 

@@ -61,8 +61,8 @@ def section_figures(metrics):
 
 
 def lead_figures(metrics, name):
-    """The `coverage` or `trajectory` of the map: that of evaluate.py, else that of a job's own evaluation; {} without any."""
-    return next((figures[name] for figures in (metrics, *section_figures(metrics)) if name in figures), {})
+    """The `coverage` or `trajectory` of the map: that of evaluate.py, else that of the last job with an evaluation of its own; {} without any."""
+    return next((figures[name] for figures in (metrics, *reversed(section_figures(metrics))) if name in figures), {})
 
 
 def laser_figures(metrics):

@@ -30,6 +30,11 @@ def jpeg(draw, alt, css_class=""):
     return html.image(buffer.getvalue(), alt, css_class, "image/jpeg")
 
 
+def no_recordings():
+    """A note in place of pictures."""
+    return html.paragraph("The pictures are not shown: the folder of the recordings was not found; give it to make report as DATA.", "failed")
+
+
 def read_labels(path):
     """The values of a label picture as stored, as an array; of a palette, the indices. Raises OSError."""
     with open_picture(path) as picture:

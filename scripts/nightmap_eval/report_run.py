@@ -7,7 +7,7 @@ from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv
 from nightmap_eval.metrics_json import lead_figures
 from nightmap_eval.page.files import size_text
-from nightmap_eval.page.first_screen import seconds_text, total_s
+from nightmap_eval.page.first_screen import memory_text, seconds_text, total_s
 from nightmap_eval.verdict.verdict import FORM, GOOD
 from nightmap_site.checked_reading import read_object, read_text
 
@@ -31,11 +31,11 @@ def disk_bytes(folder):
 def stage_section(site, stages):
     if not stages:
         return html.section("Time and memory", html.paragraph("No receipts and no reports.", "note"))
-    head = ("job", "runs", "wall time", "peak memory", "disk", "figures")
+    head = ("job", "runs", "time", "peak memory", "disk", "figures")
     rows, disk = [], {stage.name: disk_bytes(site.folder / stage.name) for stage in stages}
     for stage in stages:
         memory, figures = stage.peak_memory_bytes(), ", ".join(f"{name} {html.number(value)}" for name, value in stage.figures().items())
-        rows.append([stage.name, stage.num_runs, seconds_text(stage.wall_time_s()), "n/a" if memory is None else f"{memory / 2**20:.0f} MiB",
+        rows.append([stage.name, stage.num_runs, seconds_text(stage.wall_time_s()), "n/a" if memory is None else memory_text(memory),
                      size_text(disk[stage.name]), figures])  # fmt: skip
     rows.append(["all", sum(stage.num_runs for stage in stages), seconds_text(total_s(stages)), "", size_text(sum(disk.values())), ""])
     parts = [html.table(head, rows)]

@@ -68,7 +68,8 @@ class CeilingSiteTest(SiteFolderTest):
         self.assertGreater(trajectory["start"]["ate_max_m"], 0.03)
 
     def test_frames_without_an_estimate_are_missing(self):
-        ceiling_site.write_estimate(self.site_dir, self.estimate, slice(0, 54))
+        for job in ("odometry", "adjust"):
+            ceiling_site.write_estimate(self.site_dir, self.estimate, slice(0, 54), job)
         figures = self.figures()
         self.assertEqual((figures["trajectory"]["num_frames_with_truth"], figures["trajectory"]["num_missing"]), (60, 6))
         self.assertEqual(figures["coverage"]["frames_without_pose"], list(range(54, 60)))

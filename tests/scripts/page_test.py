@@ -10,6 +10,7 @@ import numpy as np
 import fake_site
 from folder_case import SiteFolderTest
 from nightmap_eval.grid import FREE, Grid
+from nightmap_eval.laser.report_laser import objects_of
 from nightmap_eval.page import changes
 from nightmap_eval.page.fields import Cells, Field, fields
 from nightmap_eval.page.files import opened_by, size_text
@@ -90,10 +91,10 @@ class CellsTest(unittest.TestCase):
 
 
 class FieldsTest(SiteFolderTest):
-    def write_landmarks(self, keyframes):
+    def write_landmarks(self, keyframes, stray_m=1.1):
         (self.site_dir / "landmarks").mkdir(parents=True)
         with sealed(self.site_dir / "landmarks/landmarks.h5") as file:
-            file["landmarks/position_in_map_m"] = np.array([[0.1, 0.1, 1], [0.2, 0.1, 1], [1.1, 0.1, 1]])
+            file["landmarks/position_in_map_m"] = np.array([[0.1, 0.1, 1], [0.2, 0.1, 1], [stray_m, 0.1, 1]])
             file["landmarks/position_sigma_m"] = np.array([[0.01], [0.03], [0.2]], np.float32)
             file["observations/offsets"] = np.array([[0], [2], [4], [5]])
             file["observations/keyframe_idx"] = np.array(keyframes, np.int32)[:, None]
@@ -101,6 +102,10 @@ class FieldsTest(SiteFolderTest):
     def fields(self):
         site = Site(self.site_dir)
         return {one.name: one for one in fields(site, Plan(site))}
+
+    def test_landmarks_that_went_astray_make_no_field_large(self):
+        self.write_landmarks([7, 8, 8, 9, 7], stray_m=1500.0)
+        self.assertEqual(self.fields()["keyframes that saw it"].values.shape, (1, 1))
 
     def test_a_cell_counts_each_keyframe_once(self):
         self.write_landmarks([7, 8, 8, 9, 7])
@@ -140,17 +145,47 @@ class PlacesTest(SiteFolderTest):
         (self.site_dir / "pose_graph").mkdir(exist_ok=True)
         (self.site_dir / "pose_graph/report.json").write_text(json.dumps({"parts": [{"runs": [[0, 29]]}, {"runs": [[30, 32]]}]}))
         site = Site(self.site_dir)
-        [place] = places_to_look_at(site, Plan(site), [])
+        [place], judged = places_to_look_at(site, Plan(site), [])
+        self.assertEqual(judged, ["motion"])
         np.testing.assert_allclose((place.x_m, place.y_m), estimate.positions_m[31, :2], atol=1e-6)
         self.assertRegex(place.said, "^frames 30 to 32 hang together")
 
     def test_the_page_names_them_and_leads_there(self):
         fake_site.write_site(self.site_dir)
         self.write("tiles/tiles.txt", "nightmap tiles, version 1, 1 names\n0_0\n")
-        self.write("point_cloud/places_0_0.csv", PLACES + "".join(f"{x},1.25,0.25,50,0.07,0,0\n" for x in (1.25, 1.75)))
+        self.write("point_cloud/places_0_0.csv", PLACES + "1.25,1.25,0.25,50,0.07,0,0\n1.75,1.25,0.25,50,0.06,0,0\n")
         page = self.report()
         self.assertIn('data-place="1.25 1.25 0">at 1.2, 1.2</a>: surfaces are up to 7.0 cm thick', page)
         self.assertIn('<g class="bad"><circle', page)
+
+
+class DamagedTest(SiteFolderTest):
+    """A page of what is whole, as make status and a failed run write it."""
+
+    def test_one_damaged_file_costs_its_sections_only(self):
+        fake_site.write_site(self.site_dir)
+        fake_site.write_map(self.site_dir / "grid", "map", fake_site.room_pixels())
+        self.write("verdict/verdict.json", json.dumps({"verdict": "good", "checks": []}))
+        self.write("map_frame/trajectory.tum", "no number\n")
+        self.check_refused("report.py", "map_frame/trajectory.tum:1")
+        page = self.written("report.py", "report/index.html", "--of-what-is-whole")
+        for text in ("Damaged results", "map_frame/trajectory.tum:1", "<strong>Good.</strong>", "grid/map.pgm</a>"):
+            self.assertIn(text, page)
+
+    def test_loops_of_frames_that_the_lists_lack_are_left_out(self):
+        fake_site.write_site(self.site_dir)
+        self.write("pose_graph/loops.csv", "frame_a,frame_b,status,reason\n0,99999,accepted,\n")
+        self.assertIn("accepted", self.report())
+
+    def test_objects_that_cannot_be_read_cost_no_page(self):
+        path = self.folder / "objects.yaml"
+        for text in ("objects: [", "\t", "", "objects:\n  - {name: a}\n", "objects:\n  - {name: a, x_m: 1, y_m: b}\n"):
+            path.write_text(text)
+            with self.assertRaisesRegex(DataError, "objects.yaml"):
+                objects_of(path)
+        path.write_text("objects:\n  - {name: a, x_m: 1, y_m: 2, size_x_m: 2, size_y_m: 1, angle_deg: 90}\n")
+        [(name, corners_m)] = objects_of(path)
+        np.testing.assert_allclose((corners_m.min(axis=0), corners_m.max(axis=0)), ((0.5, 1), (1.5, 3)), atol=1e-12)
 
 
 class VerdictTest(SiteFolderTest):
@@ -169,7 +204,7 @@ class VerdictTest(SiteFolderTest):
         first = self.first(self.page("good", ("good", ""), ("not known", "")))
         self.assertIn("<strong>Good.</strong> All 1 checks are within their limits; 1 could not be measured.", first)
         self.assertIn("make localize SITE=office QUERY=photo.jpg", first)
-        self.assertIn("No place of the map stands out.", first)
+        self.assertIn("No place of the map stands out, by motion.", first)
 
     def test_a_bad_map_names_what_failed_and_the_remedy(self):
         fake_site.write_site(self.site_dir)
@@ -194,8 +229,11 @@ class VerdictTest(SiteFolderTest):
 
 
 class ChangesTest(SiteFolderTest):
-    def test_the_page_tells_what_changed_until_something_else_does(self):
+    def setUp(self):
         fake_site.write_site(self.site_dir)
+        self.write("verdict/verdict.json", json.dumps({"verdict": "good", "checks": []}))
+
+    def test_the_page_tells_what_changed_until_something_else_does(self):
         self.write("config/grid.toml", "resolution_m = 0.05\nseed = 0\n")
         self.assertNotIn("What changed", self.report())
         self.assertNotIn("What changed", self.report())  # the same results
@@ -211,11 +249,22 @@ class ChangesTest(SiteFolderTest):
         self.assertIn("<td>grid.seed</td><td>0</td><td>1</td>", page)
 
     def test_a_damaged_file_of_runs_is_begun_anew(self):
-        fake_site.write_site(self.site_dir)
-        for text in ("{", "[]", '{"format": "x"}'):
+        state = {"options": {"grid": 3}, "figures": {}, "times_s": {}}
+        for text in ("{", "[]", '{"format": "x"}', json.dumps({"format": "nightmap runs", "version": 1, "now": state, "before": state})):
             self.write("report/runs.json", text)
             self.report()
             self.assertIn("now", json.loads((self.site_dir / "report/runs.json").read_text()))
+
+    def test_what_is_no_part_of_the_map_and_a_failed_run_are_no_change(self):
+        self.report()
+        runs = (self.site_dir / "report/runs.json").read_bytes()
+        self.write("config/plan.toml", 'start = "1,1"\n')
+        self.report()
+        self.assertEqual((self.site_dir / "report/runs.json").read_bytes(), runs)
+        self.write("config/grid.toml", "resolution_m = 0.3\n")
+        self.write("logs/failure.json", json.dumps({"goals": ["map"], "failed": [], "out_of_date": [], "num_out_of_date": 0}))
+        self.report()
+        self.assertEqual((self.site_dir / "report/runs.json").read_bytes(), runs)
 
     def test_times_that_hardly_differ_are_no_change(self):
         states = [{"options": {}, "figures": {}, "times_s": {"a": 10.0, "b": 10.0}}, {"options": {}, "figures": {}, "times_s": {"a": 11.0, "b": 14.0}}]

@@ -106,7 +106,7 @@ class FloorsTest(FolderTest):
         self.write("grid/floors.json", json.dumps({"format": "nightmap floors", "version": 2, "floors": floors}))
         self.write("plan/path.csv", "x_m,y_m\n0,0\n1,1\n")
         self.write("plan/path.json", json.dumps(floor))
-        drawn, _, _ = plan_parts(Site(self.folder), None)
+        drawn, *_ = plan_parts(Site(self.folder), None)
         self.assertEqual(re.findall(r'data-layer="grid" data-floor="(\d)"', drawn), ["0", "1"])
         return re.findall(r'data-layer="planned path" data-floor="(\d)"', drawn)
 
@@ -177,7 +177,7 @@ class ReportTest(SiteFolderTest):
         self.metrics()
         page = self.report()
         for text in ("<dd>40 of 40 over", "<dt>loops</dt><dd>1 accepted, 1 rejected", "<dt>items skipped</dt><dd>2<", "<dd>3 of 5",
-                     "<dd>62.5 s, 512 MiB at most", "num_features 7", "inconsistent", "rgb/&lt;0000&gt;.png is truncated",
+                     "<dd>62.5 s of all jobs, 512 MiB at most", "num_features 7", "inconsistent", "rgb/&lt;0000&gt;.png is truncated",
                      "resolution_m = 0.05", "data:image/jpeg", "no picture", "made 2000-01-01 00:00:00 UTC", "map_frame/trajectory.tum</a>"):  # fmt: skip
             self.assertIn(text, page)
         self.assertEqual(page.count('="data:image/png'), 2)  # the grid, and the errors

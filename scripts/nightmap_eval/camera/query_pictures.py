@@ -5,9 +5,8 @@ query, and where they are in the keyframe. A pose that is right puts them on the
 import numpy as np
 
 from nightmap_eval import html
-from nightmap_eval.artifacts import read_hdf5, to_ints
+from nightmap_eval.artifacts import Frames, read_hdf5, to_ints
 from nightmap_eval.camera.picture_pairs import Keypoints, pair_picture
-from nightmap_eval.camera.report_loops import LoopFrames
 from nightmap_eval.trajectory import rotation_matrices
 from nightmap_site.checked_reading import NUMBER, read_csv, read_object, using
 
@@ -22,15 +21,15 @@ def query_pictures(site, data, chosen, nearest):
     located = [row for row in chosen if row["status"] == "located"][:MAX_PICTURES]
     if not located or data is None or nearest is None or not site.made("landmarks", "landmarks"):
         return []
-    seen, cameras, frames, keypoints = SeenLandmarks(site), query_cameras(site), LoopFrames(site), Keypoints(site)
+    seen, cameras, frames, keypoints = SeenLandmarks(site), query_cameras(site), Frames(site).by_index(), Keypoints(site)
     parts = [html.paragraph("Lines join a landmark's place in the query, by the found pose, with its place in the nearest keyframe.", "note")]
     for row in located:
         position_m, quaternion = nearest.pose_of(row)
         time_ns = nearest.times_near(position_m, quaternion, 1)[0]
         frame_idx, landmarks_m, features = seen.of(time_ns)
-        if frame_idx is None:
+        if frame_idx not in frames or row["query_idx"] not in cameras:
             continue
-        frame = frames.row(frame_idx)
+        frame = frames[frame_idx]
         points = _points(project(cameras[row["query_idx"]], landmarks_m, position_m, quaternion),
                          keypoints.of(frame_idx, int(frame["camera_idx"]), frame["shard"]), features)  # fmt: skip
         said = f"{row['color_path']} and the nearest keyframe, {frame['color_path']}"

@@ -2,10 +2,11 @@
 """Section of the report with pictures of loops: both frames, their matches, and why a loop was rejected."""
 
 from nightmap_eval import html
-from nightmap_eval.artifacts import Frames, read_hdf5, shard_names
+from nightmap_eval.artifacts import Frames, read_hdf5
 from nightmap_eval.camera.picture_pairs import Keypoints, pair_picture
 from nightmap_eval.loop_accuracy import read_loops
-from nightmap_site.checked_reading import read_csv, using
+from nightmap_eval.pictures import no_recordings
+from nightmap_site.checked_reading import using
 
 MAX_PER_KIND = 3
 
@@ -13,17 +14,20 @@ MAX_PER_KIND = 3
 def loop_pictures_section(site, data):
     """None on a site without loops of pictures."""
     path = site.made("pose_graph", "loops_csv")
-    if not path or not site.has_camera() or data is None:
+    if not path or not site.has_camera():
         return None
-    rows = read_loops(path)
+    if data is None:
+        return html.section("Loops in pictures", no_recordings())
+    frames = Frames(site).by_index()
+    rows = [row for row in read_loops(path) if row["frame_a"] in frames and row["frame_b"] in frames]
     shown = [row for kind in sorted({(row["status"], row["reason"]) for row in rows}) for row in _spread(rows, kind)]
     if not shown:
         return None
-    frames, keypoints, matches = LoopFrames(site), Keypoints(site), loop_matches(site)
+    keypoints, matches = Keypoints(site), loop_matches(site)
     parts = [html.paragraph("Some of each kind. Lines join what was found to be the same; a loop that was rejected early has none.", "note")]
     for row in shown:
         ends = row["frame_a"], row["frame_b"]
-        rows_of = [frames.row(end) for end in ends]
+        rows_of = [frames[end] for end in ends]
         said = f"{row['status']}{': ' + row['reason'] if row['reason'] else ''}, frames {ends[0]} and {ends[1]}"
         counts = ", ".join(f"{row[key]} {name}" for key, name in (("num_putative", "matches of descriptors"), ("num_inliers", "agree with one motion")) if key in row)
         points = _points(keypoints, rows_of, ends, matches.get(ends))
@@ -37,18 +41,6 @@ def _spread(rows, kind):
     of_kind = [row for row in rows if (row["status"], row["reason"]) == kind]
     count = min(MAX_PER_KIND, len(of_kind))
     return [of_kind[i * len(of_kind) // count] for i in range(count)]
-
-
-class LoopFrames:
-    """Rows of the lists of frames, each with its shard."""
-
-    def __init__(self, site):
-        Frames(site)  # checks the lists
-        self._rows = {int(row["frame_idx"]): row | {"shard": name}
-                      for name in shard_names(site) for row in read_csv(site.path("frames", "shard", name), ("camera_idx", "color_path"))}  # fmt: skip
-
-    def row(self, frame_idx):
-        return self._rows[frame_idx]
 
 
 def loop_matches(site):

@@ -6,6 +6,7 @@ import numpy as np
 from nightmap_eval import html
 from nightmap_eval.artifacts import Frames
 from nightmap_eval.camera.query_pictures import query_pictures
+from nightmap_eval.pictures import no_recordings
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM, read_located
 from nightmap_eval.shown_queries import choose, query_rows, thumbnail
 from nightmap_eval.trajectory import read_tum, rotation_matrices
@@ -70,6 +71,7 @@ def query_section(site, metrics, data):
         beside = [" ".join(html.escape(thumbnail(data, path)) for path in of_row) for of_row in paths]
         shown = [[thumbnail(data, row["color_path"]), html.Raw(f'<span class="side">{pictures}</span>'), *cells]
                  for row, pictures, cells in zip(chosen, beside, shown)]  # fmt: skip
+    parts += [no_recordings()] if data is None and asks == "pictures" else []
     parts += [html.table(head, shown), *query_pictures(site, data, chosen, nearest)]
     if len(own) > MAX_PICTURES:
         parts.append(html.paragraph(f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample.", "note"))

@@ -65,15 +65,26 @@ def fields(site, plan):
 
 
 def layers(site, plan):
-    """Objects in use, else those that the job `objects` proposes."""
+    """Objects in use, else those that the job `objects` proposes; none of a file that cannot be read, of which the section tells."""
     layer = Layer("objects")
     for _, path in sources(site)[:1]:
-        with using(path, "correct it, or name another file"):
-            file = yaml.load(read_text(path), yaml.BaseLoader)
-            for item in file["objects"]:
-                values = {key: float(item[key]) for key in OBJECT_KEYS}
-                layer.add(0, area([_corners_m(**values)], "box", item["name"]))
+        try:
+            boxes = objects_of(path)
+        except (DataError, OSError):
+            continue
+        for name, corners_m in boxes:
+            layer.add(0, area([corners_m], "box", name))
     return [layer]
+
+
+def objects_of(path):
+    """(name, corners (4, 2) in metres) of each object of a file."""
+    with using(path, "correct it, or name another file"):
+        try:
+            items = yaml.load(read_text(path), yaml.BaseLoader)["objects"]
+        except yaml.YAMLError as error:
+            raise ValueError(" ".join(str(error).split())) from None
+        return [(item["name"], _corners_m(**{key: float(item[key]) for key in OBJECT_KEYS})) for item in items]
 
 
 def _corners_m(x_m, y_m, size_x_m, size_y_m, angle_deg):

@@ -15,18 +15,21 @@ MIN_S, MIN_SHARE = 1.0, 0.2  # a job's time changed by at least this
 
 
 def state_of(site, metrics, stages, verdict):
-    """Options, figures and times of the results as they are."""
-    options = {}
-    for path in sorted(site.config.glob("*.toml")):
-        with using(path):
-            options[path.stem] = {key: str(value) for key, value in tomllib.loads(read_text(path)).items()}
-    figures = {name: value for table in ("coverage", "trajectory", "queries", "loops") for name, value in _flat(table, metrics.get(table, {}))}
+    """Options, figures and times of the map as it is. Paths and queries change without it."""
+    jobs, options = [job for job in site.pipeline.jobs.values() if job.goal == "map"], {}
+    for path in sorted({site.config / f"{job.options}.toml" for job in jobs if job.options}):
+        if path.exists():
+            with using(path):
+                options[path.stem] = {key: str(value) for key, value in tomllib.loads(read_text(path)).items()}
+    figures = {name: value for table in ("coverage", "trajectory", "loops") for name, value in _flat(table, metrics.get(table, {}))}
     for job, table in metrics.get("sections", {}).items():
         figures |= dict(_flat(job, table))
     if verdict:
         figures["verdict"] = verdict["verdict"]
         figures |= {item["name"]: item["value"] for item in verdict["checks"] if "value" in item}
-    return {"options": options, "figures": figures, "times_s": {stage.name: stage.wall_time_s() for stage in stages if stage.wall_time_s() is not None}}
+    folders = {job.folder for job in jobs}
+    times_s = {stage.name: stage.wall_time_s() for stage in stages if stage.name in folders and stage.wall_time_s() is not None}
+    return {"options": options, "figures": figures, "times_s": times_s}
 
 
 def _flat(prefix, value):
@@ -43,9 +46,11 @@ def read_runs(folder):
     """The file of the page before; nothing where there is none. One that is damaged is begun anew: it is no result."""
     path = folder / NAME
     try:
-        return read_object(path, FORM) if path.exists() else {}
+        runs = read_object(path, FORM) if path.exists() else {}
     except DataError:
         return {}
+    tables = [table for state in ("now", "before") for table in runs.get(state, {}).get("options", {}).values()]
+    return runs if all(isinstance(table, dict) for table in tables) else {}
 
 
 def next_runs(runs, state):

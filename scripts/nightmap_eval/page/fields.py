@@ -10,6 +10,8 @@ from nightmap_site.checked_reading import using
 from nightmap_site.unit_lists import read_tiles, whole
 
 CELL_M = 0.25  # of fields of landmarks
+SURFACE_REACH_M = 0.1  # lower points belong to the ceiling of the floor below
+STRAY_M = 5.0
 PLACE_COLUMNS = ("x_m", "y_m", "z_m", "num_flat", "thickness_m", "num_rays", "num_rays_agreeing")
 MIN_FLAT, MIN_RAYS = 20, 5  # points and rays that a place needs to be judged
 
@@ -36,6 +38,17 @@ class Field:
 def fields(site, plan):
     """The fields of a site, each on one floor."""
     return [*_clearance(site, plan), *_landmarks(site, plan), *_places(site, plan)]
+
+
+def _of_floors(plan, positions_m):
+    """(floor, mask) of the surfaces and landmarks on each floor, without those that lie far from all that it holds: one that went astray
+    would make the field large."""
+    numbers = plan.numbers_at(positions_m[:, 2], SURFACE_REACH_M)
+    for floor in sorted(set(numbers.tolist())):
+        low, high = plan.bounds_m(floor)
+        chosen = (numbers == floor) & (positions_m[:, :2] > low - STRAY_M).all(axis=1) & (positions_m[:, :2] < high + STRAY_M).all(axis=1)
+        if chosen.any():
+            yield floor, chosen
 
 
 def _clearance(site, plan):
@@ -65,9 +78,7 @@ def _landmarks(site, plan):
         landmark_of = np.repeat(np.arange(len(positions_m)), counts)
         if len(landmark_of) != len(keyframes):
             raise ValueError("offsets and observations do not fit each other")
-    numbers = plan.numbers_at(positions_m[:, 2])
-    for floor in sorted(set(numbers.tolist())):
-        chosen = numbers == floor
+    for floor, chosen in _of_floors(plan, positions_m):
         cells = Cells(positions_m[chosen, :2], CELL_M)
         seen = chosen[landmark_of]
         cell_of = np.full(len(positions_m), -1, dtype=np.int64)
@@ -95,10 +106,9 @@ def _places(site, plan):
     places = read_places(site)
     if places is None:
         return
-    numbers = plan.numbers_at(places["z_m"])
-    for floor in sorted(set(numbers.tolist())):
-        chosen = numbers == floor
-        cells = Cells(np.column_stack([places["x_m"], places["y_m"]])[chosen], 0.5)
+    positions_m = np.column_stack([places[f"{axis}_m"] for axis in "xyz"])
+    for floor, chosen in _of_floors(plan, positions_m):
+        cells = Cells(positions_m[chosen, :2], 0.5)
         flat, rays = (places["num_flat"] >= MIN_FLAT)[chosen], (places["num_rays"] >= MIN_RAYS)[chosen]
         yield cells.field("thickness of surfaces", floor, 100 * cells.most(places["thickness_m"][chosen], flat), 0, 5, "cm", "inferno")
         share = cells.sums(places["num_rays_agreeing"][chosen] * rays) / np.maximum(cells.sums(places["num_rays"][chosen] * rays), 1)

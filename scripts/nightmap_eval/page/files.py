@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Section of the report on the files of a site: each result as a link from the page's folder, with its size and the programs that open it."""
 
-import html as text_html
 import os
 from urllib.parse import quote
 
@@ -39,29 +38,38 @@ MAX_UNITS = 200  # links of one output
 
 def files_section(site, page_folder):
     """page_folder: where the page is written; the links lead from there."""
-    rows = [row for job in site.pipeline.jobs.values() for output in job.outputs | job.beside for row in _rows(site, job, output, page_folder)]
+    rows, found = [], set()
+    outputs = [(job, output) for job in site.pipeline.jobs.values() if job.name != "report" for output in job.outputs | job.beside]
+    for job, output in sorted(outputs, key=lambda item: "{unit}" in item[0].file_of(item[1])):  # map.pgm is no unit of {unit}.pgm
+        paths = [path for path in _paths(site, job, output) if path not in found]
+        found |= set(paths)
+        rows += [_row(site, job, output, paths, page_folder)] if paths else []
+    order = {name: number for number, name in enumerate(site.pipeline.jobs)}
+    rows.sort(key=lambda row: order[row[0]])
     if not rows:
         return html.section("Files", html.paragraph("No result was made yet.", "note"))
     total = sum(size for *_, size in rows)
-    shown = [(job, files, html.number(size_text(size)), opened_by(name)) for job, name, files, size in rows]
+    shown = [(job, files, size_text(size), opened_by(name)) for job, name, files, size in rows]
     said = f"Results take {size_text(total)}. The links work where the page lies in the site's folder; docs/formats.md describes each format."
     return html.section("Files", html.paragraph(said, "note"), html.table(("job", "file", "size", "opened by"), shown))
 
 
-def _rows(site, job, output, page_folder):
-    """A row (job, name, links, bytes) of an output: of its file, or of those of all units."""
-    pattern = job.file_of(output)
-    folder = site.folder_of(job.name)
+def _paths(site, job, output):
+    """The file of an output, or those of all units."""
+    pattern, folder = job.file_of(output), site.folder_of(job.name)
     paths = sorted(folder.glob(pattern.replace("{unit}", "*")) if "{unit}" in pattern else [folder / pattern])
-    paths = [path for path in paths if path.is_file()]
-    if not paths or job.name == "report":
-        return
+    return [path for path in paths if path.is_file()]
+
+
+def _row(site, job, output, paths, page_folder):
+    """(job, name, links, bytes)."""
+    pattern, folder = job.file_of(output), site.folder_of(job.name)
     size = sum(path.stat().st_size for path in paths)
-    links = [html.Raw(f'<a href="{quote(os.path.relpath(path, page_folder))}">{text_html.escape(str(path.relative_to(site.folder)))}</a>')
+    links = [html.Raw(f'<a href="{quote(os.path.relpath(path, page_folder))}">{html.escape(str(path.relative_to(site.folder)))}</a>')
              for path in paths[:MAX_UNITS]]  # fmt: skip
     more = [f"and {len(paths) - MAX_UNITS} more"] if len(paths) > MAX_UNITS else []
     shown = links[0] if len(paths) == 1 else html.folded(f"{len(paths)} files {folder.name}/{pattern.replace('{unit}', 'U')}", html.bullets([*links, *more]))
-    yield job.name, pattern, shown, size
+    return job.name, pattern, shown, size
 
 
 def opened_by(name):

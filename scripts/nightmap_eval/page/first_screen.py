@@ -1,27 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The screen that the page opens with: is the map good, where is it not, and what is there to do next; beside the plan."""
 
-import html as text_html
-import re
-
 from nightmap_eval import html
 from nightmap_eval.metrics_json import laser_figures, lead_figures
 from nightmap_eval.page.usual import judged_errors
+from nightmap_eval.report_plan import ERROR
 from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE
 
 MAX_NAMED = 3
-ERROR = re.compile(r"\S+ error \w+: (.*)")
 CLASSES = {GOOD: "good", LOOK: "look", REFUSE: "refuse"}
 
 
 def first_screen(site, metrics, stages, failure, verdict, plan_parts):
     """verdict: content of a verdict.json, or None. plan_parts: see layers.plan_parts, or None."""
-    plan, places, rooms = plan_parts or (html.paragraph("There is no plan yet: no trajectory and no grid was made.", "note"), [], {})
+    plan, places, judged, rooms = plan_parts or (html.paragraph("There is no plan: no trajectory and no grid can be shown.", "note"), [], [], {})
     made = made_at(stages)
     title = f'<h1>{html.escape(site.name)}</h1><p class="note">{"made " + html.escape(made) if made else "nothing was made yet"}</p>'
     cards = [
         sentence(failure, verdict),
-        card("Where to look", where(places, failure, verdict)),
+        card("Where to look", where(places, judged, failure, verdict)),
         card("What to do next", html.bullets(next_steps(site, failure, verdict))),
         card("In figures", facts_list(facts(metrics, stages, rooms))),
     ]
@@ -61,11 +58,13 @@ def _judgement(failure, verdict):
     return CLASSES[found], word, f"{len(failed)} of {len(checks)} checks failed: {named}."
 
 
-def where(places, failure, verdict):
+def where(places, judged, failure, verdict):
+    if not places and (failure or not verdict):
+        return html.paragraph("Places are judged when a run has ended well.")
     if not places:
-        return html.paragraph("No place of the map stands out." if verdict and not failure else "Places are judged when a run has ended well.")
+        return html.paragraph(f"No place of the map stands out, by {', '.join(judged)}." if judged else "Nothing of this map is judged by place.")
     items = "".join(f'<li><a href="#plan" data-place="{place.x_m:.2f} {place.y_m:.2f} {place.floor}">at {place.x_m:.1f}, {place.y_m:.1f}'
-                    f'{f" on floor {place.floor}" if place.floor else ""}</a>: {text_html.escape(place.said)}</li>' for place in places)  # fmt: skip
+                    f'{f" on floor {place.floor}" if place.floor else ""}</a>: {html.escape(place.said)}</li>' for place in places)  # fmt: skip
     return html.Raw(f'<ol class="plain">{items}</ol>')
 
 
@@ -107,7 +106,11 @@ def command(text):
 def seconds_text(seconds):
     if seconds is None:
         return "n/a"
-    return f"{seconds:.1f} s" if seconds < 600 else f"{seconds / 60:.1f} min"
+    return f"{seconds:.1f} s" if seconds < 600 else f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def memory_text(size):
+    return f"{size / 2**20:.0f} MiB" if size < 10_000 * 2**20 else f"{size / 2**30:.1f} GiB"
 
 
 def total_s(stages):
@@ -135,7 +138,7 @@ def facts(metrics, stages, rooms):
         yield "loops", f"{metrics['loops']['num_accepted']} accepted, {metrics['loops']['num_rejected']} rejected"
     if stages:
         memory = max((stage.peak_memory_bytes() or 0 for stage in stages), default=0)
-        yield "jobs took", f"{seconds_text(total_s(stages))}, {memory / 2**20:.0f} MiB at most"
+        yield "computing", f"{seconds_text(total_s(stages))} of all jobs, {memory_text(memory)} at most"
     yield "items skipped", str(sum(len(stage.skipped()) for stage in stages))
 
 

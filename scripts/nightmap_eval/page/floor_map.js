@@ -2,7 +2,7 @@
 // The plan: zoom, move, layers, floors; clicks tell places and the distance between two of them. Its drawing has y down, the map y up.
 "use strict";
 const SVG = "http://www.w3.org/2000/svg";
-const CLICK_PX = 5, ZOOM = 1.25, PAN = 0.1;
+const CLICK_PX = 5, ZOOM = 1.25, PAN = 0.1, SCALE_PX = 120;
 
 class FloorMap {
   constructor(root) {
@@ -64,7 +64,17 @@ class FloorMap {
     const { x, y, width, height } = this.view;
     this.svg.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
     const box = this.svg.getBoundingClientRect();
-    this.svg.style.setProperty("--px", Math.max(width / (box.width || 1), height / (box.height || 1)));
+    const metresPerPx = Math.max(width / (box.width || 1), height / (box.height || 1));
+    this.svg.style.setProperty("--px", metresPerPx);
+    this.showScale(metresPerPx);
+  }
+
+  // A bar of 1, 2 or 5 times a power of ten metres.
+  showScale(metresPerPx) {
+    const most = SCALE_PX * metresPerPx, power = 10 ** Math.floor(Math.log10(most));
+    const length = [5, 2, 1].map((times) => times * power).find((one) => one <= most);
+    this.root.querySelector(".scale span").style.width = `${length / metresPerPx}px`;
+    this.root.querySelector(".scale output").textContent = `${Number(length.toPrecision(1))} m`;
   }
 
   zoom(factor, at) {
@@ -104,6 +114,7 @@ class FloorMap {
   // ---- mouse, fingers, keys ----
 
   down(event) {
+    if (event.button) return;
     this.svg.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, began: { x: event.clientX, y: event.clientY }, isClick: this.pointers.size === 0 });
   }
@@ -153,26 +164,28 @@ class FloorMap {
   // ---- places ----
 
   pick(place) {
-    this.places = [...this.places.slice(-1), place];
+    this.places = this.places.length === 2 ? [place] : [...this.places, place];
     this.tell();
   }
 
   tell(under) {
     const said = ({ x, y }) => `${x.toFixed(2)},${(-y).toFixed(2)}`;
     const [from, to] = this.places;
-    const words = from ? `START="${said(from)}"` + (to ? ` GOAL="${said(to)}"` : "") : "";
-    const floor = this.floor === "0" ? "" : ` SET=plan.floor=${this.floor}`;
+    const command = this.root.dataset.command;
+    const names = command ? ["START=", " GOAL="] : ["", " and "];
+    const words = from ? `${names[0]}"${said(from)}"` + (to ? `${names[1]}"${said(to)}"` : "") : "";
+    const floor = this.floor === "0" || !command ? "" : ` SET=plan.floor=${this.floor}`;
     const away = to ? `${Math.hypot(to.x - from.x, to.y - from.y).toFixed(2)} m apart` : "";
     const hint = from ? "" : "Click a place for its coordinates, a second one for the distance. ";
     const here = under ? `here: x ${under.x.toFixed(2)} m, y ${(-under.y).toFixed(2)} m` : "";
     const text = document.createElement("span");
     text.textContent = [words && words + floor, away, hint + here].filter(Boolean).join(" · ");
     this.readout.replaceChildren(text);
-    if (words && this.root.dataset.command) {
+    if (words && command) {
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = to ? "copy the command" : "copy START";
-      button.dataset.copy = to ? `${this.root.dataset.command} ${words}${floor}` : words;
+      button.dataset.copy = to ? `${command} ${words}${floor}` : words;
       this.readout.append(" ", button);
     }
     this.draw();

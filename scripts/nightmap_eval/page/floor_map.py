@@ -2,7 +2,6 @@
 """The plan of a site as one drawing with layers, floor by floor. It is SVG in metres, x to the right and y down: y of the map is -y of the
 drawing. It needs no script to be seen; floor_map.js zooms it, switches layers and tells places."""
 
-import html as text_html
 import io
 
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib import colormaps
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.floor_plan import floors_at
+from nightmap_eval.floor_plan import FLOOR_REACH_M, floors_at
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_eval.walls_and_doors import read_floors
 
@@ -20,10 +19,10 @@ MARGIN_M = 0.5
 
 
 class Layer:
-    """Parts of the drawing per floor that are shown and hidden together."""
+    """Parts of the drawing per floor that are shown and hidden together. colors: the color map of a field, for its legend."""
 
-    def __init__(self, name, is_shown=True):
-        self.name, self.is_shown, self.parts = name, is_shown, {}
+    def __init__(self, name, is_shown=True, colors=None):
+        self.name, self.is_shown, self.colors, self.parts = name, is_shown, colors, {}
 
     def add(self, floor, part):
         self.parts.setdefault(floor, []).append(part)
@@ -77,7 +76,7 @@ def area(rings_m, css_class, title=""):
 
 
 def label(x, y, text):
-    return f'<text x="{x:.2f}" y="{-y:.2f}">{text_html.escape(text)}</text>'
+    return f'<text x="{x:.2f}" y="{-y:.2f}">{html.escape(text)}</text>'
 
 
 def circle(x, y, title, css_class=""):
@@ -85,7 +84,7 @@ def circle(x, y, title, css_class=""):
 
 
 def _title(text):
-    return f"<title>{text_html.escape(text)}</title>" if text else ""
+    return f"<title>{html.escape(text)}</title>" if text else ""
 
 
 def thinned(points_m):
@@ -118,15 +117,20 @@ class Plan:
             points_m = np.asarray(points_m)[:, :2]
             self._reach_m[floor] += [points_m.min(axis=0), points_m.max(axis=0)]
 
+    def bounds_m(self, floor):
+        """Lower and upper corner of what the floor holds."""
+        points_m = np.array(self._reach_m[floor]) if self._reach_m[floor] else np.array([[0.0, 0.0], [1, 1]])
+        return points_m.min(axis=0), points_m.max(axis=0)
+
     def view(self, floor):
         """x, y, width, height of the drawing."""
-        low, high = (np.min(self._reach_m[floor], axis=0), np.max(self._reach_m[floor], axis=0)) if self._reach_m[floor] else (np.zeros(2), np.ones(2))
+        low, high = self.bounds_m(floor)
         low, high = low - MARGIN_M, high + MARGIN_M
         return " ".join(f"{value:.3f}" for value in (low[0], -high[1], *(high - low)))
 
-    def numbers_at(self, heights_m):
+    def numbers_at(self, heights_m, reach_m=FLOOR_REACH_M):
         """Number of the floor below each height."""
-        by_height, indices = floors_at(self.floors, heights_m)
+        by_height, indices = floors_at(self.floors, heights_m, reach_m)
         return np.array([floor["number"] for floor in by_height])[indices]
 
     def add_way(self, layer, positions_m, css_class):
@@ -144,10 +148,10 @@ class Plan:
 def drawing(name, plan, layers, command):
     """The plan with its bar of layers and floors. command: of make, to which a click gives START and GOAL; empty without one."""
     layers = [layer for layer in layers if layer.parts]
-    boxes = "".join(f'<label><input type="checkbox" value="{text_html.escape(layer.name)}"{" checked" if layer.is_shown else ""}> '
-                    f"{text_html.escape(layer.name)}</label>" for layer in layers)  # fmt: skip
+    boxes = "".join(f'<label><input type="checkbox" value="{html.escape(layer.name)}"{" checked" if layer.is_shown else ""}> '
+                    f"{html.escape(layer.name)}{_ramp(layer)}</label>" for layer in layers)  # fmt: skip
     groups = "".join(
-        f'<g data-layer="{text_html.escape(layer.name)}" data-floor="{floor}"{_hidden(layer, floor)}>{"".join(parts)}</g>'
+        f'<g data-layer="{html.escape(layer.name)}" data-floor="{floor}"{_hidden(layer, floor)}>{"".join(parts)}</g>'
         for layer in layers for floor, parts in sorted(layer.parts.items()))  # fmt: skip
     views = "".join(f'<g data-view-of="{floor["number"]}" data-view="{plan.view(floor["number"])}"/>' for floor in plan.floors)
     options = "".join(f'<option value="{floor["number"]}"{" selected" if floor["number"] == 0 else ""}>floor {floor["number"]} at '
@@ -158,10 +162,20 @@ def drawing(name, plan, layers, command):
             '<button type="button" data-zoom="fit">whole plan</button></span>')  # fmt: skip
     about = f"Plan of {name}: arrow keys move, + and - zoom, Enter takes the middle's coordinates"
     return html.Raw(
-        f'<div class="floor-map" data-floor="0" data-command="{text_html.escape(command)}"><div class="bar">{zoom}{chooser}</div>'
+        f'<div class="floor-map" id="plan" data-floor="0" data-command="{html.escape(command)}"><div class="bar">{zoom}{chooser}</div>'
         f'<details class="layers"><summary>layers</summary><div class="bar">{boxes}</div></details>'
-        f'<svg viewBox="{plan.view(0)}" tabindex="0" role="application" aria-label="{text_html.escape(about)}">{groups}{views}<g class="picked"/></svg>'
+        f'<svg viewBox="{plan.view(0)}" tabindex="0" role="application" aria-label="{html.escape(about)}">{groups}{views}'
+        '<path class="origin" d="M-0.2,0H0.2M0,-0.2V0.2"><title>x = 0, y = 0</title></path><g class="picked"/></svg>'
+        '<p class="scale" aria-hidden="true"><span></span> <output></output></p>'
         f'<p class="readout" aria-live="polite"></p></div>{html.script("floor_map.js")}')  # fmt: skip
+
+
+def _ramp(layer):
+    """Colors of a field, from its least to its largest value."""
+    if layer.colors is None:
+        return ""
+    steps = ", ".join("#" + "".join(f"{round(255 * part):02x}" for part in colormaps[layer.colors](share)[:3]) for share in np.linspace(0, 1, 6))
+    return f' <span class="ramp" style="background: linear-gradient(to right, {steps})"></span>'
 
 
 def _hidden(layer, floor):

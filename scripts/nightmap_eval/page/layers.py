@@ -16,19 +16,20 @@ MAX_LOOPS = 500
 
 
 def plan_parts(site, truth):
-    """(the drawing, places to look at, rooms by floor) of a site; None without a trajectory and a grid. truth: in the map frame, or None."""
+    """(the drawing, places to look at, names of what was judged for them, rooms by floor) of a site; None without a trajectory and a grid. truth: in the map frame, or None."""
     plan, way = Plan(site), way_of(site)
     if not plan.grids and not way:
         return None
+    ways = _ways(site, plan, way, truth)  # before fields, which are as large as what the plan holds
     found = [*fields(site, plan), *_of_sections(site, plan, "fields")]
     rooms = {number: find_rooms(grid)[1] for number, grid in plan.grids.items() if (grid.cells == FREE).any()}
-    places = places_to_look_at(site, plan, found)
+    places, judged = places_to_look_at(site, plan, found)
     layers = [
-        _grids(plan), *_fields(found), *_of_sections(site, plan, "layers"), _rooms(rooms), *_ways(site, plan, way, truth), *_loops(site, plan, way),
+        _grids(plan), *_fields(found), *_of_sections(site, plan, "layers"), _rooms(rooms), *ways, *_loops(site, plan, way),
         *_paths(site, plan), _queries(site, plan), _places(places)]  # fmt: skip
     command = f"make plan SITE={site.name}" if site.has("plan") else ""
     no_way = html.paragraph("There is no trajectory: the map_frame stage did not run.", "failed") if not way and site.has("map_frame") else ""
-    return html.Raw(drawing(site.name, plan, layers, command) + no_way), places, rooms
+    return html.Raw(drawing(site.name, plan, layers, command) + no_way), places, judged, rooms
 
 
 def _grids(plan):
@@ -41,7 +42,7 @@ def _grids(plan):
 def _fields(found):
     layers = {}
     for field in found:
-        layer = layers.setdefault(field.title(), Layer(field.title(), is_shown=False))
+        layer = layers.setdefault(field.title(), Layer(field.title(), is_shown=False, colors=field.colors))
         layer.add(field.floor, raster(field_png(field), size_of(field.values, field.resolution_m), field.origin_m, field.yaw_rad))
     return layers.values()
 

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import label
+from scipy.ndimage import label, maximum_position
 
 from nightmap_eval.artifacts import Frames, bridged_frames, frames_apart
 from nightmap_eval.ways import way_of
@@ -31,24 +31,24 @@ class Place:
 
 
 def places_to_look_at(site, plan, fields):
-    """The worst first: guessed motion, then each field's by area."""
+    """(places, names of what was judged). The worst first: guessed motion, then each field's by area."""
+    judged = (["motion"] if site.has("odometry") and site.has_camera() else []) + [name for name in LIMITS if any(field.name == name for field in fields)]
     found = guessed(site, plan)
     for name in LIMITS:
         places = [place for field in fields if field.name == name for place in bad_parts(field)]
         found += [place for _, place in sorted(places, key=lambda item: -item[0])]
-    return found[:MAX_PLACES]
+    return found[:MAX_PLACES], judged
 
 
 def bad_parts(field):
     """(area, place) of each part of a field that hangs together and is beyond its limit; the place is its worst cell."""
     limit, is_larger_worse, words = LIMITS[field.name]
     badness = field.values - limit if is_larger_worse else limit - field.values
-    parts, count = label(np.nan_to_num(badness, nan=-1) > 0, np.ones((3, 3)))
-    for number in range(1, count + 1):
-        area_m2 = float((parts == number).sum()) * field.resolution_m**2
-        if area_m2 < MIN_M2:
-            continue
-        row, column = np.unravel_index(np.argmax(np.where(parts == number, badness, -np.inf)), badness.shape)
+    parts, _ = label(np.nan_to_num(badness, nan=-1) > 0, np.ones((3, 3)))
+    areas_m2 = np.bincount(parts.ravel()) * field.resolution_m**2
+    large = [number for number in range(1, len(areas_m2)) if areas_m2[number] >= MIN_M2]
+    for number, (row, column) in zip(large, maximum_position(badness, parts, large)):
+        area_m2 = float(areas_m2[number])
         x_m, y_m = (field.origin_m[axis] + (cell + 0.5) * field.resolution_m for axis, cell in enumerate((column, row)))
         yield area_m2, Place(field.floor, float(x_m), float(y_m), words.format(field.values[row, column]))
 

@@ -70,21 +70,10 @@ class Measure {
     copy.type = "button";
     copy.textContent = "Copy";
     copy.setAttribute("aria-label", `Copy the place ${name}`);
-    copy.addEventListener("click", () => this.copy(said, copy));
+    copy.dataset.copy = said.textContent;  // page.js copies it
     label.append(`${name} (x, y, z in m): `, said);
     const both = document.createElement("span");
     both.append(label, " ", copy);
     return both;
-  }
-
-  // A page that is opened from a disk may lack the clipboard: then the text is chosen, for Ctrl+C.
-  async copy(said, button) {
-    try {
-      await navigator.clipboard.writeText(said.textContent);
-      button.textContent = "Copied";
-    } catch {
-      getSelection().selectAllChildren(said);
-      button.textContent = document.execCommand("copy") ? "Copied" : "Press Ctrl+C";
-    }
   }
 }

@@ -91,3 +91,15 @@ window.nightmapScene = new Seen(new Promise((resolve, reject) => {
   observer.observe(root);
 }));
 window.nightmapScene.ready.catch(error => say(root, error.message));
+
+// On a phone a finger scrolls the page past the view, until the button gives it to the view.
+const touch = root.querySelector(".scene-touch"), canvas = root.querySelector("canvas");
+touch.addEventListener("click", () => {
+  const isGiven = touch.getAttribute("aria-pressed") === "false";
+  touch.setAttribute("aria-pressed", String(isGiven));
+  canvas.style.pointerEvents = isGiven ? "" : "none";
+});
+if (matchMedia("(pointer: coarse)").matches) {
+  touch.hidden = false;
+  canvas.style.pointerEvents = "none";
+}
