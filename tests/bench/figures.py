@@ -78,8 +78,8 @@ LONG = {
     "faults": ("rm -f {maps}/faults/rows.jsonl",
         f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
         "--rows {maps}/faults/rows.jsonl --threads {threads} --page {page}"),
-    "bench_page": ("make map evaluate localize SITE=building DATA={data} MAPS={maps}", "make map evaluate localize SITE=demo DATA={data} MAPS={maps}",
-                   "bench_page.py {maps}/demo {maps}/building --data {data} --page {page}"),
+    "bench_page": ("make map evaluate localize SITE=building DATA={data} MAPS={maps}",
+                   "bench_page.py {maps}/building --data {data} --page {page}"),
     # Recordings with people pasted into them by tests/bench/people/paste_people.py.
     "people": (f"{SEEDS} {' '.join(PEOPLE)} --name people --data {{data}}",),
 }  # fmt: skip
