@@ -113,7 +113,7 @@ class Bench:
         elif stage == "point_cloud":
             for tile in self.tiles():
                 inputs = [f"tile=tiles/tile_{tile}.json", "cameras=tiles/cameras.json", data]
-                self.run(stage, f"_{tile}", inputs, [f"tile_cloud=tile_{tile}.ply"])
+                self.run(stage, f"_{tile}", inputs, [f"tile_cloud=tile_{tile}.ply", f"places=places_{tile}.csv"])
             inputs = [port for tile in self.tiles() for port in (
                 f"tile=tiles/tile_{tile}.json", f"tile_cloud=point_cloud/tile_{tile}.ply",
                 f"tile_report=point_cloud/report_{tile}.json")]  # fmt: skip

@@ -38,7 +38,7 @@ class InputsTest(CopiedSiteTest):
     def run_cloud(self, *outputs):
         return self.work.run("point_cloud", "--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
                              f"cameras=maps/{SITE}/tiles/cameras.json", "--in", "data=data", "--out",
-                             "tile_cloud=cloud.ply", *outputs)
+                             "tile_cloud=cloud.ply", "--out", "places=places.csv", *outputs)
 
     def run_vocabulary(self):
         return self.work.run("vocabulary", "--in", f"features=maps/{SITE}/features/shard_0000.h5",

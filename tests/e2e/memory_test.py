@@ -47,7 +47,7 @@ class MemoryTest(CopiedSiteTest):
     def test_no_keyframe_of_a_tile_is_lost(self):
         tiles = self.work.path("tiles")
         ports = [f"tile={tiles}/tile_0_0.json", f"cameras={tiles}/cameras.json", "data=data"]
-        self.check_job("point_cloud", ports, {"tile_cloud": "point_cloud/tile_0_0.ply",
+        self.check_job("point_cloud", ports, {"tile_cloud": "point_cloud/tile_0_0.ply", "places": "point_cloud/places_0_0.csv",
                                               "report": "point_cloud/report_0_0.json"})
 
     def test_no_frame_of_a_shard_is_lost(self):
