@@ -205,7 +205,7 @@ class FailureTest(StubTest):
     def test_the_page_names_what_failed_and_what_is_out_of_date(self):
         self.make(*ASKED)
         for job in PIPELINE.jobs.values():
-            if not job.program:
+            if not job.program or job.goal == "export":  # whose script reads what no stub writes
                 continue
             with self.subTest(job.name):
                 option = next(self.site.folder.glob(f"configs/*/default/{job.program}.toml")).read_text()
