@@ -2,9 +2,11 @@
 #include "pipeline/dense/tile_results.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
@@ -14,13 +16,15 @@
 namespace nightmap {
 namespace {
 
-// X_Y of tile_X_Y.*, report_X_Y.* and receipt_X_Y.*; empty for any other file.
+constexpr std::array<std::string_view, 4> kKinds = {"tile", "places", "report", "receipt"};
+
+// X_Y of <one of kKinds>_X_Y.*; empty for any other file.
 std::string TileNameOf(const std::filesystem::path& path) {
   const std::string stem = path.stem().string();
   const std::size_t end = stem.find('_');
   if (end == std::string::npos) return {};
   const std::string kind = stem.substr(0, end);
-  if (kind != "tile" && kind != "report" && kind != "receipt") return {};
+  if (std::ranges::count(kKinds, kind) == 0) return {};
   const std::string name = stem.substr(end + 1);
   const bool is_numbers = name.find_first_not_of("-0123456789_") == std::string::npos;
   return is_numbers && std::ranges::count(name, '_') == 1 ? name : std::string();

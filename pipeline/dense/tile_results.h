@@ -37,8 +37,8 @@ TileResults CheckTileParts(const StageContext& context,
 std::size_t SumOfReports(const std::vector<std::filesystem::path>& reports,
                          const std::string& count);
 
-// Removes the files of vanished tiles from a folder: tile_X_Y.*, report_X_Y.json and
-// receipt_X_Y.json of any X_Y other than those of the lists `tiles` (tile_X_Y.json).
+// Removes the files of vanished tiles from a folder: tile_X_Y.*, places_X_Y.csv, report_X_Y.json
+// and receipt_X_Y.json of any X_Y other than those of the lists `tiles` (tile_X_Y.json).
 void RemoveOtherTiles(const std::filesystem::path& folder,
                       const std::vector<std::filesystem::path>& tiles);
 

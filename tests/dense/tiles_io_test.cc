@@ -181,13 +181,14 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
   const std::vector<std::string> stay = {"tile_0_0.ply",
                                          "tile_-1_2.json",
                                          "report_0_0.json",
+                                         "places_0_0.csv",
                                          "report.json",
                                          "tiles.txt",
                                          "cloud.ply",
                                          "tile_5.json",
                                          "tile_1_1_1.json"};
   const std::vector<std::string> go = {
-      "tile_-1_-1.ply", "tile_10_0.json", "report_0_1.json", "receipt_0_1.json"};
+      "tile_-1_-1.ply", "tile_10_0.json", "report_0_1.json", "receipt_0_1.json", "places_0_1.csv"};
   for (const auto& name : stay) WriteFile(folder_ / name, "x");
   for (const auto& name : go) WriteFile(folder_ / name, "x");
   RemoveOtherTiles(folder_.Path(), {"elsewhere/tile_0_0.json", "tile_-1_2.json"});
