@@ -16,6 +16,7 @@ CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
     "octree.max_range_m=5": "octree.max_range_m",
     "octree.occupancy_threshold=0.1": "octree.probability_min", "octree.occupancy_threshold=0.98": "octree.probability_max",
     "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
+    "mesh.radius_voxels=40 mesh.cell_voxels=20 point_cloud.voxel_size_m=0.25 tiles.overlap_m=3": "mesh.radius_voxels",
     "grid.max_step_height_m=0.3 grid.robot_height_m=0.2": "grid.robot_height_m",
     "drive.min_lookahead_m=1.5 drive.max_lookahead_m=1": "drive.max_lookahead_m"}  # fmt: skip
 
