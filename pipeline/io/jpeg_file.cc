@@ -68,7 +68,8 @@ std::unique_ptr<PictureFile> OpenJpeg(std::string bytes) {
   return file;
 }
 
-std::string EncodeJpeg(const ColorImage& image, int quality) {
+std::string EncodeJpeg(const ColorImage& image, int quality, JpegColors colors) {
+  const int sampling = colors == JpegColors::kFull ? TJSAMP_444 : TJSAMP_420;
   const std::unique_ptr<void, int (*)(tjhandle)> encoder(tjInitCompress(), tjDestroy);
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
@@ -81,7 +82,7 @@ std::string EncodeJpeg(const ColorImage& image, int quality) {
                                             TJPF_RGB,
                                             &bytes,
                                             &size,
-                                            TJSAMP_444,
+                                            sampling,
                                             quality,
                                             TJFLAG_ACCURATEDCT);
   const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);

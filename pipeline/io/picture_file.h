@@ -48,9 +48,12 @@ std::unique_ptr<PictureFile> OpenPgm(const std::filesystem::path& path, std::str
 std::string EncodePng(const Image<std::uint8_t>& image);
 std::string EncodePng(const Image<std::uint16_t>& image);
 
-// The bytes of a JPEG file of an RGB picture, without subsampled colors, which depend on the pixels
-// and the quality (1 .. 100) alone. Throws DataError when libjpeg cannot encode it, as beyond 65500
+// Whether a JPEG file holds the colors of each pixel, or of four together as cameras do.
+enum class JpegColors { kFull, kSubsampled };
+
+// The bytes of a JPEG file of an RGB picture, which depend on the pixels, the quality (1 .. 100)
+// and the colors alone. Throws DataError when libjpeg cannot encode it, as beyond 65500
 // pixels of width or height.
-std::string EncodeJpeg(const ColorImage& image, int quality);
+std::string EncodeJpeg(const ColorImage& image, int quality, JpegColors colors);
 
 }  // namespace nightmap

@@ -2,12 +2,10 @@
 #include "pipeline/world/recording_files.h"
 
 #include <fmt/format.h>
-#include <turbojpeg.h>
-
-#include <memory>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/picture_file.h"
 #include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
@@ -28,24 +26,7 @@ std::string FileList(const std::vector<StampedPose>& poses,
 }
 
 void WriteJpeg(const std::filesystem::path& path, const ColorImage& image) {
-  const std::unique_ptr<void, decltype(&tjDestroy)> encoder(tjInitCompress(), tjDestroy);
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
-  if (!encoder || tjCompress2(encoder.get(),
-                              image.pixels.data(),
-                              image.width,
-                              0,
-                              image.height,
-                              TJPF_RGB,
-                              &bytes,
-                              &size,
-                              TJSAMP_420,
-                              kJpegQuality,
-                              TJFLAG_ACCURATEDCT) != 0) {
-    throw DataError("{}: {}", path.string(), tjGetErrorStr2(encoder.get()));
-  }
-  const std::unique_ptr<unsigned char, decltype(&tjFree)> owner(bytes, tjFree);
-  WriteFile(path, {reinterpret_cast<const char*>(bytes), size});
+  WriteFile(path, EncodeJpeg(image, kJpegQuality, JpegColors::kSubsampled));
 }
 
 void TakeRecordingFolder(const std::filesystem::path& summary, bool holds_recording) {

@@ -28,6 +28,15 @@ def unpacked(file, i):
     return np.repeat(np.arange(len(runs)) % 2, runs).reshape(height, width).astype(bool)
 
 
+def use_labels(work):
+    """Gives the small building the labels of its recording, and the model's table of classes."""
+    site = work.folder / f"configs/sites/{SITE}.toml"
+    text = site.read_text().replace("root =", 'profile = "labels"\nroot =', 1)
+    site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nlabel_folder = "labels"\n') + '\n[import]\nmodel = "model.toml"\n')
+    (work.folder / "data").mkdir(exist_ok=True)
+    (work.folder / "data/model.toml").write_text(MODEL)
+
+
 class LabelsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -36,11 +45,8 @@ class LabelsTest(unittest.TestCase):
         cls.work.as_recorded()
         cls.plain = cls.work.copy()
         cls.addClassCleanup(cls.plain.remove)
-        site = cls.work.folder / f"configs/sites/{SITE}.toml"
-        text = site.read_text().replace("root =", 'profile = "labels"\nroot =', 1)
-        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nlabel_folder = "labels"\n') + '\n[import]\nmodel = "model.toml"\n')
+        use_labels(cls.work)
         cls.model = cls.work.folder / "data/model.toml"
-        cls.model.write_text(MODEL)
         result = cls.work.make("map")
         if result.returncode != 0:
             raise AssertionError(result.stdout)

@@ -3,6 +3,7 @@
 time, what a failed run leaves."""
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -203,9 +204,11 @@ class TwoMakesTest(StubTest):
 
 class FailureTest(StubTest):
     def test_the_page_names_what_failed_and_what_is_out_of_date(self):
-        self.make(*ASKED)
+        declaration = self.site.folder / "configs/plan/pipeline.toml"  # without the job whose script reads grids, which no stub writes
+        declaration.write_text(re.sub(r"\[floor_plan\]\n(?:(?!\[).*\n)*", "", declaration.read_text()))
+        self.make(*ASKED, "export")
         for job in PIPELINE.jobs.values():
-            if not job.program or job.goal == "export":  # whose script reads what no stub writes
+            if not job.program:
                 continue
             with self.subTest(job.name):
                 option = next(self.site.folder.glob(f"configs/*/default/{job.program}.toml")).read_text()
@@ -214,13 +217,13 @@ class FailureTest(StubTest):
                     path.unlink()
                 if job.folder == "RECORDING":
                     (self.site.folder / "data/demo/synthesize.json").unlink()
-                output = self.make(*ASKED, code=2, fails=job.program)
+                output = self.make(*ASKED, "export", code=2, fails=job.program)
                 self.assertIn("report/index.html", output)
                 page = self.site.path("report/index.html").read_text()
                 self.assertIn(f"{job.name}", page)
                 self.assertIn(f"error {job.program}: made to fail", page)
                 self.assertIn("are out of date or were never made", page)
-                self.make(*ASKED)
+                self.make(*ASKED, "export")
                 self.assertFalse(self.site.path("logs/failure.json").exists())
 
     def test_a_browser_shows_the_page_of_a_failed_run(self):

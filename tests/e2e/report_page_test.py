@@ -12,7 +12,7 @@ import numpy as np
 
 from accuracy import FOLDER, make, real
 from driven_browser import DrivenPage
-from labels_test import MODEL
+from labels_test import use_labels
 from scene_page import SCENE, ScenePage
 from workspace import REPOSITORY, SITE, Workspace, said_by
 
@@ -245,11 +245,7 @@ class SitesTest(PageTest):
 
     def test_labels(self):
         work = Workspace().removed_after(self)
-        site = work.folder / f"configs/sites/{SITE}.toml"
-        text = site.read_text().replace("root =", 'profile = "labels"\nroot =', 1)
-        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nlabel_folder = "labels"\n') + '\n[import]\nmodel = "model.toml"\n')
-        (work.folder / "data").mkdir()
-        (work.folder / "data/model.toml").write_text(MODEL)
+        use_labels(work)
         work.output("map", "report")
         self.check_page(work.path("report/index.html"))
 

@@ -9,7 +9,7 @@ import unittest
 
 import slurm_cluster
 from accuracy import FOLDER, make
-from labels_test import MODEL
+from labels_test import use_labels
 from workspace import BUILD, LASER_SITE, REPOSITORY, SITE, Workspace, artifact_hashes, environment, write_laser_site
 
 ALLOCATED = ("salloc", "--quiet", "--nodes=2", "--exclusive", "--mem=0", "--no-kill")
@@ -126,11 +126,7 @@ class ProfilesTest(SlurmTest):
 
     def test_labels(self):
         work = Workspace().removed_after(self)
-        site = work.folder / f"configs/sites/{SITE}.toml"
-        text = site.read_text().replace("root =", 'profile = "labels"\nroot =', 1)
-        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nlabel_folder = "labels"\n') + '\n[import]\nmodel = "model.toml"\n')
-        (work.folder / "data").mkdir()
-        (work.folder / "data/model.toml").write_text(MODEL)
+        use_labels(work)
         self.check(work, SITE, "map")
 
     def test_ceiling(self):

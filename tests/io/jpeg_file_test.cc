@@ -22,7 +22,8 @@ ColorImage Waves(int width, int height) {
 TEST(EncodeJpeg, APictureIsNearlyWhatItWas) {
   const TemporaryFolder folder;
   const ColorImage image = Waves(61, 43);
-  const ColorImage read = ReadColorImage(folder.Write("a.jpg", EncodeJpeg(image, 90)));
+  const ColorImage read =
+      ReadColorImage(folder.Write("a.jpg", EncodeJpeg(image, 90, JpegColors::kFull)));
   ASSERT_EQ(read.width, 61);
   ASSERT_EQ(read.height, 43);
   double sum = 0;
@@ -30,12 +31,15 @@ TEST(EncodeJpeg, APictureIsNearlyWhatItWas) {
     sum += std::pow(read.pixels[i] - image.pixels[i], 2);
   }
   EXPECT_LT(std::sqrt(sum / static_cast<double>(image.pixels.size())), 3);
-  EXPECT_EQ(EncodeJpeg(image, 90), EncodeJpeg(image, 90));
-  EXPECT_LT(EncodeJpeg(image, 30).size(), EncodeJpeg(image, 90).size());
+  EXPECT_EQ(EncodeJpeg(image, 90, JpegColors::kFull), EncodeJpeg(image, 90, JpegColors::kFull));
+  EXPECT_LT(EncodeJpeg(image, 30, JpegColors::kFull).size(),
+            EncodeJpeg(image, 90, JpegColors::kFull).size());
+  EXPECT_LT(EncodeJpeg(image, 90, JpegColors::kSubsampled).size(),
+            EncodeJpeg(image, 90, JpegColors::kFull).size());
 }
 
 TEST(EncodeJpeg, WhatAJpegCannotHoldIsRefused) {
-  NIGHTMAP_EXPECT_ERROR(DataError, EncodeJpeg(Waves(65501, 1), 90), "65501 x 1");
+  NIGHTMAP_EXPECT_ERROR(DataError, EncodeJpeg(Waves(65501, 1), 90, JpegColors::kFull), "65501 x 1");
 }
 
 }  // namespace nightmap::jpeg_file_test

@@ -169,7 +169,7 @@ TextureMeshResult RunTextureMesh(const TextureMeshOptions& options,
   result.skipped.insert(result.skipped.begin(), found.skipped.begin(), found.skipped.end());
   result.texture.pages.resize(pages.size());
   ParallelFor(pages.size(), num_threads, [&](std::size_t i) {
-    result.texture.pages[i] = EncodeJpeg(pages[i], kJpegQuality);
+    result.texture.pages[i] = EncodeJpeg(pages[i], kJpegQuality, JpegColors::kFull);
   });
   AddCharts(mesh, charts, result);
   return result;
