@@ -60,10 +60,9 @@ class ObjectsPageCase(laser_site.LaserFolderTest):
         self.report()
         self.page = DrivenPage(self, self.site_dir / "report/index.html")
         # Opening draws all again, some time after the click: what is typed before that is lost.
-        self.page.value("void (window.opened = new Promise((done) => document.querySelector('details#objects')"
-                        ".addEventListener('toggle', done, {once: true})))")  # fmt: skip
+        self.page.value("void document.querySelector('details#objects').addEventListener('toggle', () => { window.isOpened = true; })")
         self.page.click("details#objects > summary")
-        self.page.value("window.opened.then(() => true)")
+        self.page.wait("window.isOpened === true")
         self.page.middle_of("#objects svg")
         self.grid = read_grid(self.yaml)
 

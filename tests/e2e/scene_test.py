@@ -131,6 +131,16 @@ class SceneTest(SceneCase):
         self.assertLessEqual(page.value("document.querySelector('.scene-stage').getBoundingClientRect().right"), 390)
         self.assertGreater(page.value(f"{SCENE}.pixelsDrawn()"), 0.1)
 
+    def test_nothing_below_moves_when_the_view_starts(self):
+        page = DrivenPage(self, self.page)
+        height = "document.getElementById('scene').offsetHeight"
+        before = page.value(f"document.querySelector('.scene-layers input:disabled') ? {height} : null")
+        page.value("document.getElementById('scene').scrollIntoView()")
+        page.value("window.nightmapScene.ready.then(() => true)")
+        self.assertGreater(page.value("document.querySelectorAll('.scene-layers input:enabled').length"), 3)
+        self.assertIn(before, (page.value(height), None))  # none: the view had started when it was asked
+        self.assertIn('name="trajectory" checked disabled>Trajectory</label>', self.page.read_text(encoding="utf-8"))
+
     def test_the_background_is_dark_where_pages_are(self):
         page = self.open()
         corner = "nightmapScene.view.pixels().slice(0, 3).reduce((sum, part) => sum + part)"

@@ -78,9 +78,16 @@ def markup(scene, texts):
     held = "".join(f'<script type="application/octet-stream" id="{name}">{text}</script>\n' for name, text in texts.items())
     libraries = "".join(f'<script type="text/plain" class="scene-library">{_library(name)}</script>\n' for name in LIBRARIES)
     script = "\n".join(read_text(folder / name, "install nightmap again") for name in PARTS)
-    return (read_text(folder / "scene.html", "install nightmap again")
+    boxes = "".join(map(_layer_box, scene["layers"]))
+    return (read_text(folder / "scene.html", "install nightmap again").replace("<!-- boxes of layers -->", boxes)
             + f'<script type="application/json" id="scene-data">{in_script(scene)}</script>\n{held}{libraries}'
             + f"<script>(() => {{\n{script}\n}})();</script>")  # fmt: skip
+
+
+def _layer_box(layer):
+    """The checkbox of a layer, which the view enables: boxes that came with the view would move all below them."""
+    checked = " checked" if layer.get("on") else ""
+    return f'<label><input type="checkbox" name="{html.escape(layer["name"])}"{checked} disabled>{html.escape(layer["title"])}</label>'
 
 
 def in_script(value):

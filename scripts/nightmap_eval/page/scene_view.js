@@ -30,17 +30,11 @@ class View {
   }
 
   addLayers() {
-    const list = this.root.querySelector(".scene-layers");
+    const boxes = this.root.querySelector(".scene-layers").elements;
     for (const layer of this.layers) {
-      const label = document.createElement("label"), box = document.createElement("input");
-      box.type = "checkbox";
-      box.name = layer.name;
-      box.checked = layer.on;
-      box.disabled = layer.kind === "absent";
-      box.addEventListener("change", () => this.choose(layer, box));
-      layer.box = box;
-      label.append(box, layer.title);
-      list.append(label);
+      layer.box = boxes.namedItem(layer.name);
+      layer.box.disabled = layer.kind === "absent";
+      layer.box.addEventListener("change", () => this.choose(layer, layer.box));
     }
   }
 
