@@ -39,7 +39,7 @@ struct LandmarkScene {
   FeaturesShard features;
   std::vector<std::vector<int>> frame_points;  // point of each feature
 
-  FramesWithFeatures Input() const { return {frames, cameras, features}; }
+  FramesWithFeatures Input() const { return {frames, cameras, SiteFeatures(features)}; }
 
   // Every point in the image is a feature, with its exact depth.
   FrameFeatures See(const Rigid3& map_from_camera, int frame_idx, std::vector<int>* seen) const {
@@ -140,13 +140,11 @@ inline void GoAgain(LandmarkScene* scene) {
 // The tree of all descriptors, and the words of each frame's.
 inline Vocabulary VocabularyOf(const std::vector<std::uint8_t>& all,
                                const std::vector<FrameFeatures>& frames) {
-  std::vector<std::vector<int>> words;
   Vocabulary vocabulary;
   vocabulary.tree = VocabularyTree::Train(all, DescriptorKind::kRootSift, {}, 1);
   for (const FrameFeatures& frame : frames) {
-    words.push_back(vocabulary.tree.LeafWords(frame.descriptors, 1));
+    vocabulary.words.push_back(vocabulary.tree.LeafWords(frame.descriptors, 1));
   }
-  vocabulary.inverted_file = InvertedFile(words);
   return vocabulary;
 }
 

@@ -2,22 +2,27 @@
 // Features under masks of what may move, or of what stays out of the map.
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "pipeline/io/features_io.h"
 #include "pipeline/io/frame_reader.h"
+#include "pipeline/io/site_features.h"
 
 namespace nightmap {
 
-// Per frame and feature that was left, its index before.
-using IndicesBefore = std::vector<std::vector<int>>;
+// Per frame of a site and feature that is left, its index before; none: all are left.
+using IndicesBefore = std::vector<std::optional<std::vector<int>>>;
 
-// Takes the features that a frame's mask holds out of each described frame. `frames` are those of
-// `features`, in the same order; throws InputError when they are others. Frames that were tracked
-// keep theirs, whose reference_features are wrong then. Throws as FrameReader::Mask.
-IndicesBefore LeaveOut(const std::vector<FrameRecord>& frames,
-                       const std::vector<RgbdCamera>& cameras,
-                       const FrameReader& masks,
-                       FeaturesShard* features);
+// The features that no frame's mask holds. `frames` are those of `features`, in the same order;
+// throws InputError when they are others. Frames that were tracked keep theirs: without a feature
+// of their reference, their reference_features are wrong. Throws as FrameReader::Mask and
+// SiteFeatures::GetShard.
+IndicesBefore UnmaskedFeatures(const std::vector<FrameRecord>& frames,
+                               const std::vector<RgbdCamera>& cameras,
+                               const FrameReader& masks,
+                               const SiteFeatures& features);
+
+// The site with these features alone.
+SiteFeatures KeepFeatures(const SiteFeatures& features, IndicesBefore indices_before);
 
 }  // namespace nightmap

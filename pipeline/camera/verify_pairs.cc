@@ -11,14 +11,14 @@ namespace {
 
 // A frame of a pair and the camera that took it.
 struct FrameView {
-  const FrameFeatures& features;
+  SiteFeatures::Frame features;
   const RgbdCamera& camera;
 };
 
 FrameView View(const FramesWithFeatures& input, int frame_idx) {
   const auto i = static_cast<std::size_t>(frame_idx - input.frames.front().frame_idx);
   const auto camera_idx = static_cast<std::size_t>(input.frames[i].camera_idx);
-  return {input.features.frames[i], input.cameras.at(camera_idx)};
+  return {input.features.GetFrame(frame_idx), input.cameras.at(camera_idx)};
 }
 
 void VerifyOne(const VerifyOptions& options,
@@ -28,11 +28,11 @@ void VerifyOne(const VerifyOptions& options,
   const FrameView a = View(input, pair->frame_a);
   const FrameView b = View(input, pair->frame_b);
   if (quick != nullptr) {
-    const auto matches = quick->match(*pair);
-    VerifyMatches(quick->verify, matches, a.features, a.camera, b.features, b.camera, pair);
+    const auto matches = quick->match(*a.features, *b.features);
+    VerifyMatches(quick->verify, matches, *a.features, a.camera, *b.features, b.camera, pair);
     if (pair->status != PairStatus::kAccepted) return;
   }
-  VerifyPair(options, a.features, a.camera, b.features, b.camera, pair);
+  VerifyPair(options, *a.features, a.camera, *b.features, b.camera, pair);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ FramesWithFeatures ReadFramesWithFeatures(const std::vector<std::filesystem::pat
                                           const std::filesystem::path& cameras,
                                           const std::vector<std::filesystem::path>& features) {
   const auto records = ReadFrames(frames);
-  return {records, ReadCameras(cameras, records), ReadFeatures(features, frames)};
+  return {records, ReadCameras(cameras, records), SiteFeatures(features, frames)};
 }
 
 FramePair MakePair(int frame_a, int frame_b) {
@@ -62,7 +62,7 @@ void VerifyPairs(VerifyOptions options,
                  int num_threads,
                  Progress& progress,
                  std::vector<FramePair>* pairs) {
-  options.kind = input.features.kind;
+  options.kind = input.features.Heads().kind;
   progress.Start(pairs->size());
   ParallelFor(pairs->size(), num_threads, [&](std::size_t i) {
     FramePair& pair = (*pairs)[i];

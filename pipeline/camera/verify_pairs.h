@@ -11,6 +11,7 @@
 #include "pipeline/camera/verify_pair.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
+#include "pipeline/io/site_features.h"
 
 namespace nightmap {
 
@@ -18,7 +19,7 @@ namespace nightmap {
 struct FramesWithFeatures {
   std::vector<FrameRecord> frames;  // contiguous frame_idx, starting at frames.front().frame_idx
   std::vector<RgbdCamera> cameras;
-  FeaturesShard features;  // of these frames, in their order
+  SiteFeatures features;  // of these frames, in their order
 };
 
 // Reads the lists of one or more shards, their cameras and the features of the same shards, in the
@@ -36,11 +37,12 @@ void SortPairs(std::vector<FramePair>* pairs);
 // A cheap check that rejects most wrong pairs before all of their features are compared.
 struct QuickCheck {
   VerifyOptions verify;
-  std::function<std::vector<FeatureMatch>(const FramePair& pair)> match;
+  std::function<std::vector<FeatureMatch>(const FrameFeatures& a, const FrameFeatures& b)> match;
 };
 
 // Runs VerifyPair on each pair that `quick` accepts (null: on all), with descriptors of the kind of
-// the features. The result is the same at any number of threads and in any order.
+// the features. Reads each shard about once when the pairs are sorted and few lie far apart. The
+// result is the same at any number of threads and in any order.
 void VerifyPairs(VerifyOptions options,
                  const QuickCheck* quick,
                  const FramesWithFeatures& input,

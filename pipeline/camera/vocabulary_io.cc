@@ -54,18 +54,20 @@ void WriteVocabulary(const std::filesystem::path& path,
                Array<std::uint8_t>{tree.Nodes().size(),
                                    static_cast<std::size_t>(DescriptorSize(tree.Kind())),
                                    tree.Centres()});
-  kWords.Write(vocabulary.inverted_file.Words(), &writer);
+  kWords.Write(vocabulary.words, &writer);
   writer.Close();
 }
 
 Vocabulary ReadVocabulary(const std::filesystem::path& path) {
   const Hdf5Reader reader(path, kVocabularyFormat, kVocabularyVersion);
-  Vocabulary vocabulary;
-  vocabulary.tree = ReadTree(reader);
-  const auto words = kWords.Read(reader);
-  reader.DemandIndices(words, static_cast<std::size_t>(vocabulary.tree.NumNodes()), "frames/words");
-  vocabulary.inverted_file = InvertedFile(words);
+  Vocabulary vocabulary{ReadTree(reader), kWords.Read(reader)};
+  reader.DemandIndices(
+      vocabulary.words, static_cast<std::size_t>(vocabulary.tree.NumNodes()), "frames/words");
   return vocabulary;
+}
+
+VocabularyTree ReadVocabularyTree(const std::filesystem::path& path) {
+  return ReadTree(Hdf5Reader(path, kVocabularyFormat, kVocabularyVersion));
 }
 
 }  // namespace nightmap

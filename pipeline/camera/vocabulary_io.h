@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "pipeline/camera/vocabulary_tree.h"
 
@@ -11,13 +12,15 @@ namespace nightmap {
 
 struct Vocabulary {
   VocabularyTree tree;
-  InvertedFile inverted_file;  // over all mapping frames, by frame_idx
+  std::vector<std::vector<int>> words;  // leaf of each feature of every mapping frame, by frame_idx
 };
 
-// Both throw DataError naming file and field.
+// They throw DataError naming file and field.
 void WriteVocabulary(const std::filesystem::path& path,
                      const Vocabulary& vocabulary,
                      const std::string& config);
 Vocabulary ReadVocabulary(const std::filesystem::path& path);
+// The tree alone.
+VocabularyTree ReadVocabularyTree(const std::filesystem::path& path);
 
 }  // namespace nightmap

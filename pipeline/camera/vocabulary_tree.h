@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vocabulary tree (Nister and Stewenius, CVPR 2006) by hierarchical k-means, with an inverted file
-// for image retrieval and word assignment at any level for active search. Inside a node the
-// assignment is exact: with 10 branches a search structure over the centres (the approximate
-// k-means of flat vocabularies) costs more than it saves. All distances and means are integers, so
-// the tree does not depend on the number of threads or on the machine.
+// Vocabulary tree (Nister and Stewenius, CVPR 2006) by hierarchical k-means, with word assignment
+// at any level for active search. Inside a node the assignment is exact: with 10 branches a search
+// structure over the centres (the approximate k-means of flat vocabularies) costs more than it
+// saves. All distances and means are integers, so the tree does not depend on the number of threads
+// or on the machine.
 #pragma once
 
 #include <cstdint>
@@ -77,29 +77,6 @@ class VocabularyTree {
   int depth_ = 0;
   std::vector<Node> nodes_;
   std::vector<std::uint8_t> centres_;  // descriptor_size bytes per node (root: zeros)
-};
-
-// Inverted file over the leaf words of a set of images, scored by tf-idf cosine.
-class InvertedFile {
- public:
-  struct Result {
-    int frame_idx = 0;
-    double score = 0;  // in [0, 1]
-  };
-  // words[i]: leaf words of frame i's features.
-  InvertedFile() = default;
-  explicit InvertedFile(const std::vector<std::vector<int>>& words);
-  // The best `count` frames that share a word with a bag of words, best first, ties by frame index.
-  // Only frames with index below `before_frame_idx` (negative: all). Ignores words never seen.
-  std::vector<Result> Query(const std::vector<int>& words,
-                            int count,
-                            int before_frame_idx = -1) const;
-  const std::vector<std::vector<int>>& Words() const { return words_; }
-
- private:
-  std::vector<std::vector<int>> words_;                       // frame -> words
-  std::vector<std::vector<std::pair<int, float>>> postings_;  // word -> (frame, weight)
-  std::vector<float> idf_;
 };
 
 }  // namespace nightmap

@@ -40,49 +40,22 @@ void CheckReference(const FeaturesShard& shard,
   }
 }
 
-bool AreOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
-  bool fits = !frames.empty() && frames.size() == features.frames.size();
-  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
-    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
-           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
+FeaturesShard ReadHeads(const Hdf5Reader& file) {
+  FeaturesShard shard;
+  shard.extraction = file.ReadText("extraction");
+  const auto kind = file.ReadOne<std::int32_t>("kind");
+  file.Demand(kind >= 0 && kind <= 2, "kind");
+  shard.kind = static_cast<DescriptorKind>(kind);
+  shard.descriptor_size = DescriptorSize(shard.kind);
+  const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
+  const auto reference_frame_idx = file.ReadList<std::int32_t>("reference_frame_idx");
+  file.Demand(reference_frame_idx.size() == frame_idx.size(), "reference_frame_idx");
+  shard.frames.resize(frame_idx.size());
+  for (std::size_t i = 0; i < frame_idx.size(); ++i) {
+    shard.frames[i].frame_idx = frame_idx[i];
+    shard.frames[i].reference_frame_idx = reference_frame_idx[i];
   }
-  return fits;
-}
-
-// Whether the first frame of a shard is the one after the last before it.
-bool Follows(const FeaturesShard& shard, const FeaturesShard& before) {
-  return shard.frames.empty() || before.frames.empty() ||
-         shard.frames.front().frame_idx == before.frames.back().frame_idx + 1;
-}
-
-// Concatenates the shards in order, after check(i, shard) of each.
-template <typename Check>
-FeaturesShard ReadShards(const std::vector<std::filesystem::path>& paths, const Check& check) {
-  FeaturesShard all;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    FeaturesShard shard = ReadFeatures(paths[i]);
-    check(i, shard);
-    if (i == 0) {
-      all = std::move(shard);
-      continue;
-    }
-    if (shard.kind != all.kind || shard.extraction != all.extraction) {
-      throw DataError(
-          "{}: extracted with other options than {}; delete the features folder of this site and "
-          "run make",
-          paths[i].string(),
-          paths[0].string());
-    }
-    if (!Follows(shard, all)) {
-      throw DataError(
-          "{} does not hold the frames that follow those of {}; one of them is damaged or another "
-          "site's, or they are not in order: delete both and run make again",
-          paths[i].string(),
-          paths[i - 1].string());
-    }
-    std::ranges::move(shard.frames, std::back_inserter(all.frames));
-  }
-  return all;
+  return shard;
 }
 
 }  // namespace
@@ -129,27 +102,22 @@ void WriteFeatures(const std::filesystem::path& path,
   file.Close();
 }
 
+FeaturesShard ReadFeatureHeads(const std::filesystem::path& path) {
+  return ReadHeads(Hdf5Reader(path, kFeaturesFormat, kFeaturesVersion));
+}
+
 FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kFeaturesFormat, kFeaturesVersion);
-  FeaturesShard shard;
-  shard.extraction = file.ReadText("extraction");
-  const auto kind = file.ReadOne<std::int32_t>("kind");
-  file.Demand(kind >= 0 && kind <= 2, "kind");
-  shard.kind = static_cast<DescriptorKind>(kind);
-  shard.descriptor_size = DescriptorSize(shard.kind);
+  FeaturesShard shard = ReadHeads(file);
   const auto size = static_cast<std::size_t>(shard.descriptor_size);
-
-  const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
-  const auto reference_frame_idx = file.ReadList<std::int32_t>("reference_frame_idx");
   const auto keypoints = kKeypoints.Read(file);
   const auto raw_keypoints = kRawKeypoints.Read(file);
   const auto scales = kScales.Read(file);
   const auto depths = kDepths.Read(file);
   const auto reference_features = kReferences.Read(file);
   const auto first =
-      file.ReadOffsets<std::int32_t>("first_feature", frame_idx.size(), keypoints.size());
+      file.ReadOffsets<std::int32_t>("first_feature", shard.frames.size(), keypoints.size());
   const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
-  file.Demand(reference_frame_idx.size() == frame_idx.size(), "reference_frame_idx");
   file.Demand(raw_keypoints.size() == keypoints.size(), "raw_keypoint_px");
   file.Demand(scales.size() == keypoints.size(), "scale_px");
   file.Demand(depths.size() == keypoints.size(), "depth_m");
@@ -157,11 +125,9 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
 
   std::size_t first_described = 0;
   std::size_t first_tracked = 0;
-  for (std::size_t i = 0; i < frame_idx.size(); ++i) {
+  for (std::size_t i = 0; i < shard.frames.size(); ++i) {
     const std::size_t begin = first[i], end = first[i + 1];
-    FrameFeatures& frame = shard.frames.emplace_back();
-    frame.frame_idx = frame_idx[i];
-    frame.reference_frame_idx = reference_frame_idx[i];
+    FrameFeatures& frame = shard.frames[i];
     frame.keypoints_px = Slice(keypoints, begin, end);
     frame.raw_keypoints_px = Slice(raw_keypoints, begin, end);
     frame.scales_px = Slice(scales, begin, end);
@@ -182,24 +148,13 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   return shard;
 }
 
-FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
-  return ReadShards(paths, [](std::size_t, const FeaturesShard&) {});
-}
-
-FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths,
-                           const std::vector<std::filesystem::path>& lists) {
-  if (paths.size() != lists.size()) {
-    throw UsageError(
-        "give as many --in features as --in frames: {} and {}", paths.size(), lists.size());
+bool AreOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
+  bool fits = !frames.empty() && frames.size() == features.frames.size();
+  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
+    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
+           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
   }
-  return ReadShards(paths, [&](std::size_t i, const FeaturesShard& shard) {
-    if (AreOfFrames(ReadFrames(lists[i]), shard)) return;
-    throw DataError(
-        "{} does not list the frames that {} has features of; one of them is damaged or another "
-        "site's: delete both and run make again",
-        lists[i].string(),
-        paths[i].string());
-  });
+  return fits;
 }
 
 void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {

@@ -91,21 +91,19 @@ struct Sighting {
 // The sightings of one point: ascending frame_idx, one per frame.
 using Track = std::vector<Sighting>;
 
-// `config` is the effective config that the artifact carries. Both throw DataError naming file and
-// field.
+// `config` is the effective config that the artifact carries. They throw DataError naming
+// file and field.
 void WriteFeatures(const std::filesystem::path& path,
                    const FeaturesShard& shard,
                    const std::string& config);
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
-// Concatenates the shards in order; all must be of one kind.
-FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths);
-// Likewise; each shard must be of the frames that its own list holds. `lists` are in the order of
-// the paths. Throws DataError naming the list and the shard that disagree.
-FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths,
-                           const std::vector<std::filesystem::path>& lists);
+// The same without features: frames have their indices only.
+FeaturesShard ReadFeatureHeads(const std::filesystem::path& path);
 
-// Throws DataError unless there are frames, their indices are contiguous, and each has its features
-// at the same position.
+// Whether there are frames, their indices are contiguous, and each has its features at the same
+// position.
+bool AreOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features);
+// Throws DataError unless they are.
 void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features);
 
 }  // namespace nightmap

@@ -28,18 +28,21 @@ class LeaveOutTest : public testing::Test {
 };
 
 TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
-  const FeaturesShard before = scene_.features;
+  const FeaturesShard& before = scene_.features;
+  const SiteFeatures features(before);
   const IndicesBefore indices =
-      LeaveOut(scene_.frames, scene_.cameras, FrameReader({}, {path_}), &scene_.features);
+      UnmaskedFeatures(scene_.frames, scene_.cameras, FrameReader({}, {path_}), features);
+  const FeaturesShard after = KeepFeatures(features, indices).All();
+  ASSERT_TRUE(indices[0]);
   const FrameFeatures& all = before.frames[0];
-  const FrameFeatures& kept = scene_.features.frames[0];
+  const FrameFeatures& kept = after.frames[0];
   const auto size = static_cast<std::size_t>(before.descriptor_size);
   const float middle_px = static_cast<float>(scene_.cameras[0].color.width) / 2;
   std::size_t next = 0;
   for (std::size_t i = 0; i < all.keypoints_px.size(); ++i) {
     if (std::lround(all.raw_keypoints_px[i].x()) < std::lround(middle_px)) continue;
     ASSERT_LT(next, kept.keypoints_px.size());
-    EXPECT_EQ(indices[0][next], static_cast<int>(i));
+    EXPECT_EQ((*indices[0])[next], static_cast<int>(i));
     EXPECT_EQ(kept.keypoints_px[next], all.keypoints_px[i]);
     EXPECT_EQ(kept.depths_m[next], all.depths_m[i]);
     EXPECT_TRUE(
@@ -52,20 +55,22 @@ TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
   EXPECT_LT(next, all.keypoints_px.size());
   EXPECT_GT(next, 0U);
   for (std::size_t i = 1; i < before.frames.size(); ++i) {
-    EXPECT_EQ(scene_.features.frames[i].keypoints_px, before.frames[i].keypoints_px);
-    EXPECT_EQ(indices[i].size(), before.frames[i].keypoints_px.size());
+    EXPECT_EQ(after.frames[i], before.frames[i]);
+    EXPECT_FALSE(indices[i]);
   }
 }
 
 TEST_F(LeaveOutTest, WithoutFilesOfMasksNothingIsLeftOut) {
-  const auto before = scene_.features.frames[0].keypoints_px;
-  LeaveOut(scene_.frames, scene_.cameras, FrameReader({}), &scene_.features);
-  EXPECT_EQ(scene_.features.frames[0].keypoints_px, before);
+  for (const auto& left : UnmaskedFeatures(
+           scene_.frames, scene_.cameras, FrameReader({}), SiteFeatures(scene_.features))) {
+    EXPECT_FALSE(left);
+  }
 }
 
 TEST_F(LeaveOutTest, AListOfOtherFramesIsRefused) {
   scene_.frames.pop_back();
-  EXPECT_THROW(LeaveOut(scene_.frames, scene_.cameras, FrameReader({}), &scene_.features),
+  EXPECT_THROW(UnmaskedFeatures(
+                   scene_.frames, scene_.cameras, FrameReader({}), SiteFeatures(scene_.features)),
                InputError);
 }
 

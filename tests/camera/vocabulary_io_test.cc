@@ -36,8 +36,7 @@ class VocabularyIoTest : public InFolder {
 
 TEST_F(VocabularyIoTest, AcceptsTheUnspoiltFile) {
   RawFile().Write(path_);
-  EXPECT_EQ(ReadVocabulary(path_).inverted_file.Words(),
-            (std::vector<std::vector<int>>{{1}, {2, 1}}));
+  EXPECT_EQ(ReadVocabulary(path_).words, (std::vector<std::vector<int>>{{1}, {2, 1}}));
 }
 
 TEST_F(VocabularyIoTest, NamesTheArrayThatIsSpoilt) {

@@ -215,38 +215,4 @@ TEST(VocabularyTreeNodesTest, RefusesWhatIsNoTree) {
   EXPECT_THROW(make({{-1, 2, 0}, {0, 0, 1}, {0, 0, 1}}), std::invalid_argument);  // negative
 }
 
-TEST(InvertedFileTest, RanksTheSameFrameFirst) {
-  Random random(5);
-  std::vector<std::vector<int>> words(40);
-  for (auto& frame : words) {
-    for (int i = 0; i < 200; ++i) frame.push_back(static_cast<int>(random.Index(2000)));
-  }
-  const InvertedFile file(words);
-  for (int frame = 0; frame < 40; ++frame) {
-    const auto results = file.Query(words[static_cast<std::size_t>(frame)], 3);
-    ASSERT_EQ(results.size(), 3U);
-    EXPECT_EQ(results[0].frame_idx, frame);
-    EXPECT_NEAR(results[0].score, 1.0, 1e-5);
-    EXPECT_LT(results[1].score, 0.6);
-  }
-}
-
-TEST(InvertedFileTest, WeighsRareWordsMore) {
-  // Word 0 is in every frame, word 1 only in frame 2.
-  const InvertedFile file({{0, 3}, {0, 4}, {1, 5}, {0, 6}, {0, 7}});
-  EXPECT_EQ(file.Query({0, 1}, 1).at(0).frame_idx, 2);
-}
-
-TEST(InvertedFileTest, BreaksTiesByFrameAndHonoursLimits) {
-  const InvertedFile file({{1, 2}, {1, 2}, {1, 2}, {}});
-  const auto all = file.Query({1, 2}, 10);
-  ASSERT_EQ(all.size(), 3U);
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(all[static_cast<std::size_t>(i)].frame_idx, i);
-  EXPECT_EQ(file.Query({1, 2}, 10, 1).size(), 1U);
-  EXPECT_TRUE(file.Query({1, 2}, 10, 0).empty());
-  EXPECT_TRUE(file.Query({9, 77}, 10).empty());
-  EXPECT_TRUE(file.Query({}, 10).empty());
-  EXPECT_TRUE(InvertedFile().Query({1}, 10).empty());
-}
-
 }  // namespace nightmap::vocabulary_tree_test

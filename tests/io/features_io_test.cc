@@ -73,50 +73,18 @@ TEST_F(FeaturesIo, ReadsBackEveryKindAndFramesWithoutFeatures) {
   }
 }
 
-TEST_F(FeaturesIo, ShardsAreJoinedAndMustBeAlike) {
-  const FeaturesShard first = MakeShard(DescriptorKind::kOrb, 0);
-  FeaturesShard second = MakeShard(DescriptorKind::kOrb, 4);
-  WriteFeatures(folder_ / "0.h5", first, "");
-  WriteFeatures(folder_ / "1.h5", second, "");
-  const FeaturesShard both =
-      ReadFeatures(std::vector<std::filesystem::path>{folder_ / "0.h5", folder_ / "1.h5"});
-  ASSERT_EQ(both.frames.size(), 8U);
-  EXPECT_EQ(both.frames[5].frame_idx, 5);
-  second.extraction = "detector = \"brisk\"\n";
-  WriteFeatures(folder_ / "1.h5", second, "");
-  NIGHTMAP_EXPECT_ERROR(
-      DataError,
-      ReadFeatures(std::vector<std::filesystem::path>{folder_ / "0.h5", folder_ / "1.h5"}),
-      "1.h5");
-}
-
-TEST_F(FeaturesIo, ShardsThatDoNotFollowEachOtherAreNamed) {
-  const std::vector<std::filesystem::path> paths = {folder_ / "0.h5", folder_ / "1.h5"};
-  for (const auto& path : paths) WriteFeatures(path, MakeShard(DescriptorKind::kOrb, 4), "");
-  NIGHTMAP_EXPECT_ERROR(
-      DataError,
-      ReadFeatures(paths),
-      paths[1].string() + " does not hold the frames that follow those of " + paths[0].string());
-}
-
-TEST_F(FeaturesIo, AListOfOtherFramesIsNamed) {
-  std::vector<FrameRecord> frames(8);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    frames[i].frame_idx = static_cast<int>(i);
-    frames[i].color = {std::to_string(i) + ".png", "hash"};
+TEST_F(FeaturesIo, HeadsAreFramesWithoutFeatures) {
+  const FeaturesShard shard = MakeShard(DescriptorKind::kBrisk, 7);
+  WriteFeatures(folder_ / "f.h5", shard, "config");
+  const FeaturesShard heads = ReadFeatureHeads(folder_ / "f.h5");
+  EXPECT_EQ(heads.kind, shard.kind);
+  EXPECT_EQ(heads.extraction, shard.extraction);
+  ASSERT_EQ(heads.frames.size(), shard.frames.size());
+  for (std::size_t i = 0; i < shard.frames.size(); ++i) {
+    EXPECT_EQ(heads.frames[i].frame_idx, shard.frames[i].frame_idx);
+    EXPECT_EQ(heads.frames[i].IsDescribed(), shard.frames[i].IsDescribed());
+    EXPECT_EQ(heads.frames[i].NumFeatures(), 0);
   }
-  const std::vector<std::filesystem::path> paths = {folder_ / "0.h5", folder_ / "1.h5"};
-  WriteFeatures(paths[0], MakeShard(DescriptorKind::kOrb, 0), "");
-  WriteFeatures(paths[1], MakeShard(DescriptorKind::kOrb, 4), "");
-  const auto list = folder_.Write("0.csv", FramesToCsv({frames.begin(), frames.begin() + 4}));
-  const auto second = folder_.Write("1.csv", FramesToCsv({frames.begin() + 4, frames.end()}));
-  EXPECT_EQ(ReadFeatures(paths, {list, second}).frames.size(), 8U);
-  folder_.Write("1.csv", FramesToCsv({frames.begin() + 4, frames.end() - 1}));
-  NIGHTMAP_EXPECT_ERROR(
-      DataError,
-      ReadFeatures(paths, {list, second}),
-      second.string() + " does not list the frames that " + paths[1].string() + " has features of");
-  NIGHTMAP_EXPECT_ERROR(UsageError, ReadFeatures(paths, {list}), "2 and 1");
 }
 
 TEST_F(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {

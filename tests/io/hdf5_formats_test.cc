@@ -120,7 +120,7 @@ VoxelLabels SomeVoxels() {
 Vocabulary SomeVocabulary() {
   const std::vector<VocabularyTree::Node> nodes = {{1, 2, 0}, {0, 0, 1}, {0, 0, 1}};
   return {VocabularyTree(DescriptorKind::kOrb, 2, nodes, std::vector<std::uint8_t>(96)),
-          InvertedFile({{1}, {2, 1}})};
+          {{1}, {2, 1}}};
 }
 
 std::vector<Signal> SomeScans() {

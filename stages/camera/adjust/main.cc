@@ -4,6 +4,7 @@
 
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/graph/frame_poses.h"
+#include "pipeline/io/site_features.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/adjust/adjust_output.h"
 
@@ -14,7 +15,7 @@ AdjustInput ReadInput(const StageContext& context) {
   AdjustInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
+  input.features = SiteFeatures(context.Inputs("features"), context.Inputs("frames")).All();
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
   input.graph = ReadClosedGraph(context.Input("graph"));

@@ -187,11 +187,12 @@ std::vector<MeasuredMotion> MeasureMotions(const FramesWithFeatures& input,
                                            const std::vector<StampedPose>& given,
                                            int num_threads,
                                            Progress& progress) {
-  CheckFeaturesOfFrames(input.frames, input.features);
+  const FeaturesShard& heads = input.features.Heads();
+  CheckFeaturesOfFrames(input.frames, heads);
   std::vector<FramePair> all;
   const FrameFeatures* before = nullptr;
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
-    const FrameFeatures& frame = input.features.frames[i];
+    const FrameFeatures& frame = heads.frames[i];
     if (!frame.IsDescribed() || !TruthAt(given, input.frames[i].time_ns)) continue;
     if (before != nullptr) all.push_back(MakePair(before->frame_idx, frame.frame_idx));
     before = &frame;

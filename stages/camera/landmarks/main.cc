@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
       argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
         CheckColmapOutputs(context);
         context.BeginPart("read");
-        const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
+        const VocabularyTree tree = ReadVocabularyTree(context.Input("vocabulary"));
         const LandmarksInput input = ReadLandmarksInput(tree, context);
         context.BeginPart("build");
         const LandmarksResult result =

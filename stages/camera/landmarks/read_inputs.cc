@@ -7,24 +7,26 @@
 namespace nightmap {
 
 LandmarksInput ReadLandmarksInput(const VocabularyTree& tree, const StageContext& context) {
-  const auto frames = ReadFrames(context.Inputs("frames"));
-  LandmarksInput input{frames,
-                       ReadCameras(context.Input("cameras"), frames),
-                       ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
-                       &tree,
-                       ReadPoses(context.Input("trajectory")),
-                       ReadPoses(context.Input("keyframes"))};
-  CheckFeaturesOfFrames(input.frames, input.features);
   if (context.HasInput("masked_frames") != context.HasInput("masks")) {
     throw UsageError("give both --in masked_frames=PATH and --in masks=PATH, or neither");
   }
+  const auto frames = ReadFrames(context.Inputs("frames"));
+  const auto cameras = ReadCameras(context.Input("cameras"), frames);
+  SiteFeatures features(context.Inputs("features"), context.Inputs("frames"));
+  CheckFeaturesOfFrames(frames, features.Heads());
   if (context.HasInput("masked_frames")) {
-    LeaveOut(ReadFrames(context.Input("masked_frames")),
-             input.cameras,
-             FrameReader({}, context.Inputs("masks")),
-             &input.features);
+    features = KeepFeatures(features,
+                            UnmaskedFeatures(ReadFrames(context.Input("masked_frames")),
+                                             cameras,
+                                             FrameReader({}, context.Inputs("masks")),
+                                             features));
   }
-  return input;
+  return {frames,
+          cameras,
+          features.All(),
+          &tree,
+          ReadPoses(context.Input("trajectory")),
+          ReadPoses(context.Input("keyframes"))};
 }
 
 }  // namespace nightmap

@@ -29,8 +29,7 @@ std::vector<LandmarkMatch> ActiveSearch::Run() {
   if (options_.search == "tree") return KeepOneToOne(SearchTree());
   if (options_.search != "2d_to_3d") {
     for (int i = 0; i < features_.NumFeatures(); ++i) {
-      word_features_[index_.GetVocabulary().tree.Word(index_.Descriptor(features_, i),
-                                                      options_.landmark_level)]
+      word_features_[index_.Tree().Word(index_.Descriptor(features_, i), options_.landmark_level)]
           .push_back(i);
     }
   }
@@ -137,7 +136,7 @@ void ActiveSearch::TryLandmark(int landmark) {
 }
 
 std::vector<LandmarkMatch> ActiveSearch::SearchTree() const {
-  const VocabularyTree& tree = index_.GetVocabulary().tree;
+  const VocabularyTree& tree = index_.Tree();
   std::vector<LandmarkMatch> matches;
   for (int feature = 0; feature < features_.NumFeatures(); ++feature) {
     std::vector<int> candidates;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/camera/inverted_file.h"
 #include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "stages/camera/localize/localize.h"
@@ -35,7 +36,8 @@ class LandmarkIndex {
   ~LandmarkIndex();
 
   const LandmarkMap& Map() const { return map_; }
-  const Vocabulary& GetVocabulary() const { return vocabulary_; }
+  const VocabularyTree& Tree() const { return vocabulary_.tree; }
+  const InvertedFile& Frames() const { return frames_; }
   int MaxDistance() const { return max_distance_; }
   const Eigen::Vector3d& Position(int landmark) const {
     return map_.positions_in_map[static_cast<std::size_t>(landmark)];
@@ -88,6 +90,7 @@ class LandmarkIndex {
   const LandmarkMap& map_;
   const Vocabulary& vocabulary_;
   int max_distance_;
+  InvertedFile frames_;  // all mapping frames
   WordIndex words_;
   std::vector<std::vector<int>> keyframe_landmarks_;
   std::vector<int> descriptor_offsets_;

@@ -23,11 +23,9 @@ void JoinAll(const std::vector<int>& keyframes, UnionFind* places) {
 std::vector<int> Retrieve(const LocalizeOptions& options,
                           const LandmarkIndex& index,
                           const FrameFeatures& features) {
-  const Vocabulary& vocabulary = index.GetVocabulary();
-  const auto words = vocabulary.tree.LeafWords(features.descriptors, 1);
+  const auto words = index.Tree().LeafWords(features.descriptors, 1);
   std::vector<int> keyframes;
-  for (const auto& result :
-       vocabulary.inverted_file.Query(words, 8 * options.num_retrieved_keyframes)) {
+  for (const auto& result : index.Frames().Query(words, 8 * options.num_retrieved_keyframes)) {
     const int keyframe = index.KeyframeOf(result.frame_idx);
     if (keyframe >= 0) keyframes.push_back(keyframe);
     if (static_cast<int>(keyframes.size()) >= options.num_retrieved_keyframes) break;

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_io.h"
+#include "pipeline/camera/inverted_file.h"
 #include "stages/camera/loops/same_node_matcher.h"
 
 namespace nightmap {
@@ -29,26 +29,20 @@ QuickCheck MakeQuickCheck(const LoopsOptions& options, const SameNodeMatcher& ma
   quick.pose.max_iterations = std::min(kQuickIterations, quick.pose.max_iterations);
   quick.min_spread = 0;
   quick.max_sigma_m = std::numeric_limits<double>::infinity();
-  return {quick, [&](const FramePair& pair) {
-            return matcher.Match(pair.frame_a, pair.frame_b, options.verify.max_ratio);
+  return {quick, [&](const FrameFeatures& a, const FrameFeatures& b) {
+            return matcher.Match(a, b, options.verify.max_ratio);
           }};
 }
 
-// Loops look up a frame's words by its index and features by their words, so both must match.
+// Loops look up a frame's words by its index.
 void CheckVocabulary(const FramesWithFeatures& input, const Vocabulary& vocabulary) {
-  const auto& words = vocabulary.inverted_file.Words();
-  bool fits = vocabulary.tree.Kind() == input.features.kind &&
-              words.size() == input.frames.size() && input.frames.front().frame_idx == 0;
-  for (std::size_t i = 0; fits && i < words.size(); ++i) {
-    const FrameFeatures& frame = input.features.frames[i];
-    const int num_described = frame.IsDescribed() ? frame.NumFeatures() : 0;
-    fits = words[i].size() <= static_cast<std::size_t>(num_described);
+  if (vocabulary.tree.Kind() == input.features.Heads().kind &&
+      vocabulary.words.size() == input.frames.size() && input.frames.front().frame_idx == 0) {
+    return;
   }
-  if (fits) return;
   throw InputError({{"vocabulary"}},
-                   "lists {} frames, the features {} from frame {} on, or the words of one are not "
-                   "those of its features",
-                   words.size(),
+                   "lists {} frames, the features {} from frame {} on, or of another kind",
+                   vocabulary.words.size(),
                    input.frames.size(),
                    input.frames.front().frame_idx);
 }
@@ -67,10 +61,11 @@ Ranking Thin(const Ranking& ranked, int count, int min_distance) {
 }
 
 // Frames that search for loops.
-std::vector<int> LoopSeekers(const LoopsOptions& options, const FeaturesShard& features) {
+std::vector<int> LoopSeekers(const LoopsOptions& options,
+                             const std::vector<FrameFeatures>& frames) {
   std::vector<int> seekers;
   int num_described = 0;
-  for (const FrameFeatures& frame : features.frames) {
+  for (const FrameFeatures& frame : frames) {
     if (frame.IsDescribed() && num_described++ % options.stride == 0) {
       seekers.push_back(frame.frame_idx);
     }
@@ -86,15 +81,16 @@ bool Finds(const Ranking& ranking, int frame_idx, int max_distance) {
 
 // For each seeker the most similar frames, best first.
 std::vector<Ranking> RankAlike(const LoopsOptions& options,
-                               const InvertedFile& inverted_file,
+                               const std::vector<std::vector<int>>& words,
                                const std::vector<int>& seekers,
                                int num_threads) {
+  const InvertedFile inverted_file(words);
   std::vector<Ranking> rankings(seekers.size());
   ParallelFor(seekers.size(), num_threads, [&](std::size_t k) {
     const int before = seekers[k] - options.min_gap + 1;
     if (before <= 0) return;
     rankings[k] = inverted_file.Query(
-        inverted_file.Words()[static_cast<std::size_t>(seekers[k])], 8 * kNumCandidates, before);
+        words[static_cast<std::size_t>(seekers[k])], 8 * kNumCandidates, before);
   });
   return rankings;
 }
@@ -131,12 +127,13 @@ std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const Vocabulary& vocabulary,
                                 Progress& progress,
                                 int num_threads) {
-  CheckFeaturesOfFrames(input.frames, input.features);
+  const FeaturesShard& heads = input.features.Heads();
+  CheckFeaturesOfFrames(input.frames, heads);
   CheckVocabulary(input, vocabulary);
-  const std::vector<int> seekers = LoopSeekers(options, input.features);
-  const auto rankings = RankAlike(options, vocabulary.inverted_file, seekers, num_threads);
+  const std::vector<int> seekers = LoopSeekers(options, heads.frames);
+  const auto rankings = RankAlike(options, vocabulary.words, seekers, num_threads);
   auto [pairs, inconsistent] = ChooseCandidates(options, seekers, rankings);
-  const SameNodeMatcher matcher(vocabulary, input.features, kNodeLevel);
+  const SameNodeMatcher matcher(vocabulary, kNodeLevel);
   const QuickCheck quick = MakeQuickCheck(options, matcher);
   VerifyPairs(options.verify, &quick, input, num_threads, progress, &pairs);
   std::ranges::move(inconsistent, std::back_inserter(pairs));

@@ -22,8 +22,8 @@ struct LoopsOptions {
 // Takes every stride-th described frame and finds its loop candidates among the frames at least
 // min_gap before it: the best four of the inverted file, each verified. Returns accepted
 // and rejected pairs, sorted by (b, a). Deterministic at any number of threads: each pair draws
-// from its own random stream. Throws DataError when the vocabulary was not made from these frames'
-// features.
+// from its own random stream. Holds the words of all frames, and the features of a few shards.
+// Throws DataError when the vocabulary was not made from these frames' features.
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const FramesWithFeatures& input,
                                 const Vocabulary& vocabulary,

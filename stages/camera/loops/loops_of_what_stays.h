@@ -10,7 +10,8 @@
 namespace nightmap {
 
 // As RunLoops, without the features that masks hold; `masked_frames` are those of the input, with
-// the channel of their masks. Indices of features are those of the input. Throws as LeaveOut too.
+// the channel of their masks. Indices of features are those of the input. Throws as
+// UnmaskedFeatures too.
 std::vector<FramePair> RunLoopsOfWhatStays(const LoopsOptions& options,
                                            FramesWithFeatures input,
                                            Vocabulary vocabulary,

@@ -3,6 +3,8 @@
 // look alike.
 #include "stages/camera/loops/loops.h"
 
+#include <utility>
+
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/loops/loops_of_what_stays.h"
 
@@ -13,14 +15,14 @@ void Run(const LoopsOptions& options, StageContext& context) {
   if (context.HasInput("masked_frames") != context.HasInput("masks")) {
     throw UsageError("give both --in masked_frames=PATH and --in masks=PATH, or neither");
   }
-  const FramesWithFeatures input = ReadFramesWithFeatures(
+  FramesWithFeatures input = ReadFramesWithFeatures(
       context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
-  const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
+  Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
   const auto pairs =
       context.HasInput("masked_frames")
           ? RunLoopsOfWhatStays(options,
-                                input,
-                                vocabulary,
+                                std::move(input),
+                                std::move(vocabulary),
                                 ReadFrames(context.Inputs("masked_frames")),
                                 FrameReader({}, context.Inputs("masks")),
                                 context.GetProgress(),

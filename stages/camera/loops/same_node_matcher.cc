@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
+#include "pipeline/base/input_error.h"
 #include "pipeline/camera/descriptor_distance.h"
 
 namespace nightmap {
@@ -40,33 +42,39 @@ struct Best {
 
 }  // namespace
 
-SameNodeMatcher::SameNodeMatcher(const Vocabulary& vocabulary,
-                                 const FeaturesShard& features,
-                                 int level)
-    : features_(features) {
-  const std::vector<int> ancestors = Ancestors(vocabulary.tree, level);
-  for (const std::vector<int>& words : vocabulary.inverted_file.Words()) {
-    std::vector<Entry>& entries = entries_.emplace_back();
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      entries.emplace_back(ancestors[static_cast<std::size_t>(words[i])], static_cast<int>(i));
-    }
-    std::ranges::sort(entries);
+SameNodeMatcher::SameNodeMatcher(const Vocabulary& vocabulary, int level)
+    : vocabulary_(vocabulary), ancestors_(Ancestors(vocabulary.tree, level)) {}
+
+std::vector<SameNodeMatcher::Entry> SameNodeMatcher::EntriesOf(const FrameFeatures& frame) const {
+  const auto& words = vocabulary_.words.at(static_cast<std::size_t>(frame.frame_idx));
+  if (std::cmp_greater(words.size(), frame.NumFeatures())) {
+    throw InputError({{"vocabulary"}},
+                     "lists {} words of frame {}, which has {} features",
+                     words.size(),
+                     frame.frame_idx,
+                     frame.NumFeatures());
   }
+  std::vector<Entry> entries;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    entries.emplace_back(ancestors_[static_cast<std::size_t>(words[i])], static_cast<int>(i));
+  }
+  std::ranges::sort(entries);
+  return entries;
 }
 
-std::vector<FeatureMatch> SameNodeMatcher::Match(int frame_a, int frame_b, double max_ratio) const {
-  const FrameFeatures& a = features_.frames[static_cast<std::size_t>(frame_a)];
-  const FrameFeatures& b = features_.frames[static_cast<std::size_t>(frame_b)];
+std::vector<FeatureMatch> SameNodeMatcher::Match(const FrameFeatures& a,
+                                                 const FrameFeatures& b,
+                                                 double max_ratio) const {
+  const DescriptorKind kind = vocabulary_.tree.Kind();
   std::vector<Best> best_of_a(static_cast<std::size_t>(a.NumFeatures()));
   std::vector<Best> best_of_b(static_cast<std::size_t>(b.NumFeatures()));
-  const std::vector<Entry>& entries_b = entries_[static_cast<std::size_t>(frame_b)];
-  for (const auto& [node, i] : entries_[static_cast<std::size_t>(frame_a)]) {
+  const std::vector<Entry> entries_b = EntriesOf(b);
+  for (const auto& [node, i] : EntriesOf(a)) {
     auto entry = std::ranges::lower_bound(entries_b, Entry{node, 0});
     for (; entry != entries_b.end() && entry->first == node; ++entry) {
       const int j = entry->second;
-      const int distance = DescriptorDistance(features_.kind,
-                                              a.Feature(i).Descriptor(features_.kind),
-                                              b.Feature(j).Descriptor(features_.kind));
+      const int distance =
+          DescriptorDistance(kind, a.Feature(i).Descriptor(kind), b.Feature(j).Descriptor(kind));
       best_of_a[static_cast<std::size_t>(i)].Offer(j, distance);
       best_of_b[static_cast<std::size_t>(j)].Offer(i, distance);
     }
@@ -75,7 +83,7 @@ std::vector<FeatureMatch> SameNodeMatcher::Match(int frame_a, int frame_b, doubl
   for (int i = 0; i < a.NumFeatures(); ++i) {
     const Best& best = best_of_a[static_cast<std::size_t>(i)];
     if (best.feature >= 0 && best_of_b[static_cast<std::size_t>(best.feature)].feature == i &&
-        PassesRatioTest(features_.kind, best.distance, best.second_distance, max_ratio)) {
+        PassesRatioTest(kind, best.distance, best.second_distance, max_ratio)) {
       matches.push_back({i, best.feature});
     }
   }

@@ -12,22 +12,28 @@
 
 namespace nightmap {
 
+// Const after construction: threads may share one.
 class SameNodeMatcher {
  public:
   // `level` of the tree below the root: 1 compares the most features, the depth of the tree the
-  // fewest. The features must be those of the vocabulary's frames and outlive the matcher.
-  SameNodeMatcher(const Vocabulary& vocabulary, const FeaturesShard& features, int level);
+  // fewest. The vocabulary must outlive the matcher.
+  SameNodeMatcher(const Vocabulary& vocabulary, int level);
 
-  // Mutual nearest neighbours of two frames among the features that share a node. They must pass
-  // Lowe's ratio test; a feature without a second candidate passes. Frames are indices into the
-  // features. Sorted by a.
-  std::vector<FeatureMatch> Match(int frame_a, int frame_b, double max_ratio) const;
+  // Mutual nearest neighbours of two frames of the vocabulary among the features that share a node.
+  // They must pass Lowe's ratio test; a feature without a second candidate passes. Sorted by a.
+  // Throws InputError when a frame has more words than features.
+  std::vector<FeatureMatch> Match(const FrameFeatures& a,
+                                  const FrameFeatures& b,
+                                  double max_ratio) const;
 
  private:
   using Entry = std::pair<int, int>;  // node, feature
 
-  const FeaturesShard& features_;
-  std::vector<std::vector<Entry>> entries_;  // by frame, ascending
+  // Ascending.
+  std::vector<Entry> EntriesOf(const FrameFeatures& frame) const;
+
+  const Vocabulary& vocabulary_;
+  std::vector<int> ancestors_;  // of each node at the level
 };
 
 }  // namespace nightmap

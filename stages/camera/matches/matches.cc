@@ -13,8 +13,8 @@ std::vector<FramePair> RunMatches(const MatchesOptions& options,
                                   int first_frame_idx,
                                   Progress& progress,
                                   int num_threads) {
-  CheckFeaturesOfFrames(input.frames, input.features);
-  const NeighbourPairs neighbours(input.features, first_frame_idx);
+  CheckFeaturesOfFrames(input.frames, input.features.Heads());
+  const NeighbourPairs neighbours(input.features.Heads(), first_frame_idx);
   std::vector<FramePair> pairs = neighbours.AtOffsets(options.pair_offsets);
   VerifyPairs(options.verify, nullptr, input, num_threads, progress, &pairs);
   std::vector<FramePair> wide = neighbours.Wide(pairs, options.wide_search);

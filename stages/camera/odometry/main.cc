@@ -4,6 +4,7 @@
 #include "stages/camera/odometry/odometry.h"
 
 #include "pipeline/geometry/bundle_report.h"
+#include "pipeline/io/site_features.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/odometry/odometry_output.h"
 
@@ -14,7 +15,7 @@ void Run(const OdometryOptions& options, StageContext& context) {
   OdometryInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
+  input.features = SiteFeatures(context.Inputs("features"), context.Inputs("frames")).All();
   input.pairs = ReadPairs(context.Input("pairs"));
   input.first_frame_idx = ReadFrames(context.Inputs("frames").back()).front().frame_idx;
   const OdometryResult result = RunOdometry(options, input, context.GetProgress());

@@ -11,12 +11,12 @@
 namespace nightmap {
 namespace {
 
-void CheckFrames(const FeaturesShard& features) {
-  for (std::size_t i = 0; i < features.frames.size(); ++i) {
-    if (features.frames[i].frame_idx != static_cast<int>(i)) {
+void CheckFrames(const std::vector<FrameFeatures>& frames) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].frame_idx != static_cast<int>(i)) {
       throw InputError({i == 0 ? InputName{"features", 0} : InputName{"features"}},
                        "frame_idx {} where {} is expected; give all shards in order",
-                       features.frames[i].frame_idx,
+                       frames[i].frame_idx,
                        i);
     }
   }
@@ -40,19 +40,23 @@ std::vector<int> DrawIndices(int size, int count, Random random) {
 // Draws equally many descriptors from every frame that has enough, so that a long stop of the
 // camera does not fill the vocabulary with one view.
 std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
-                                       const FeaturesShard& features) {
-  const auto size = static_cast<std::size_t>(features.descriptor_size);
+                                       const SiteFeatures& features) {
+  const FeaturesShard& heads = features.Heads();
+  const auto size = static_cast<std::size_t>(heads.descriptor_size);
   const auto num_described =
-      static_cast<int>(std::ranges::count_if(features.frames, &FrameFeatures::IsDescribed));
+      static_cast<int>(std::ranges::count_if(heads.frames, &FrameFeatures::IsDescribed));
   const int per_frame = std::max(1, options.max_training_descriptors / std::max(1, num_described));
   std::vector<std::uint8_t> training;
-  for (const FrameFeatures& frame : features.frames) {
-    if (!frame.IsDescribed()) continue;
-    const Random random(static_cast<std::uint64_t>(options.tree.seed),
-                        static_cast<std::uint64_t>(frame.frame_idx));
-    for (const int i : DrawIndices(frame.NumFeatures(), per_frame, random)) {
-      const std::uint8_t* descriptor = &frame.descriptors[static_cast<std::size_t>(i) * size];
-      training.insert(training.end(), descriptor, descriptor + size);
+  for (std::size_t shard = 0; shard < features.NumShards(); ++shard) {
+    const SiteFeatures::Shard of_shard = features.GetShard(shard);
+    for (const FrameFeatures& frame : of_shard->frames) {
+      if (!frame.IsDescribed()) continue;
+      const Random random(static_cast<std::uint64_t>(options.tree.seed),
+                          static_cast<std::uint64_t>(frame.frame_idx));
+      for (const int i : DrawIndices(frame.NumFeatures(), per_frame, random)) {
+        const std::uint8_t* descriptor = &frame.descriptors[static_cast<std::size_t>(i) * size];
+        training.insert(training.end(), descriptor, descriptor + size);
+      }
     }
   }
   return training;
@@ -61,21 +65,26 @@ std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
 }  // namespace
 
 Vocabulary RunVocabulary(const VocabularyOptions& options,
-                         const FeaturesShard& features,
+                         const SiteFeatures& features,
                          Progress& progress,
                          int num_threads) {
-  CheckFrames(features);
+  const FeaturesShard& heads = features.Heads();
+  CheckFrames(heads.frames);
   Vocabulary vocabulary;
-  vocabulary.tree = VocabularyTree::Train(
-      DrawTraining(options, features), features.kind, options.tree, num_threads);
-  std::vector<std::vector<int>> words(features.frames.size());
-  progress.Start(words.size());
-  ParallelFor(words.size(), num_threads, [&](std::size_t i) {
-    words[i] = vocabulary.tree.LeafWords(features.frames[i].descriptors, 1);
-    progress.Advance();
-  });
+  vocabulary.tree =
+      VocabularyTree::Train(DrawTraining(options, features), heads.kind, options.tree, num_threads);
+  vocabulary.words.resize(heads.frames.size());
+  progress.Start(heads.frames.size());
+  for (std::size_t shard = 0; shard < features.NumShards(); ++shard) {
+    const SiteFeatures::Shard of_shard = features.GetShard(shard);
+    ParallelFor(of_shard->frames.size(), num_threads, [&](std::size_t i) {
+      const FrameFeatures& frame = of_shard->frames[i];
+      vocabulary.words[static_cast<std::size_t>(frame.frame_idx)] =
+          vocabulary.tree.LeafWords(frame.descriptors, 1);
+      progress.Advance();
+    });
+  }
   progress.Finish();
-  vocabulary.inverted_file = InvertedFile(words);
   return vocabulary;
 }
 

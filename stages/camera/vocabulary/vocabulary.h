@@ -6,7 +6,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/camera/vocabulary_io.h"
-#include "pipeline/io/features_io.h"
+#include "pipeline/io/site_features.h"
 
 namespace nightmap {
 
@@ -22,10 +22,10 @@ struct VocabularyOptions {
   REGISTER_OPTIONS();
 };
 
-// Frames must be in order of frame_idx from zero. Throws DataError when there is no descriptor. The
-// same at any number of threads.
+// Frames must be in order of frame_idx from zero. Goes through the shards twice, one at a time.
+// Throws DataError when there is no descriptor. The same at any number of threads.
 Vocabulary RunVocabulary(const VocabularyOptions& options,
-                         const FeaturesShard& features,
+                         const SiteFeatures& features,
                          Progress& progress,
                          int num_threads);
 

@@ -5,6 +5,7 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include "pipeline/io/frame_reader.h"
+#include "pipeline/io/site_features.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/ceiling/ceiling_tracks/ceiling_tracks.h"
 #include "stages/ceiling/ceiling_tracks/ceiling_tracks_report.h"
@@ -17,7 +18,7 @@ void Run(const CeilingTracksOptions& options, StageContext& context) {
   CeilingTracksInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
+  input.features = SiteFeatures(context.Inputs("features"), context.Inputs("frames")).All();
   KeepFramesFrom(ReadFrames(context.Inputs("frames").back()).front().frame_idx, &input);
   const FrameReader reader(context.Input("data"));
   input.load = [&](const FrameRecord& frame) {

@@ -24,11 +24,9 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
 
   // Where only one frame finds a place, its neighbours do not confirm it.
   Vocabulary lonely = vocabulary;
-  auto words = vocabulary.inverted_file.Words();
-  for (std::size_t i = num_out; i < words.size(); ++i) {
-    if (i != num_out + 3) words[i].clear();
+  for (std::size_t i = num_out; i < lonely.words.size(); ++i) {
+    if (i != num_out + 3) lonely.words[i].clear();
   }
-  lonely.inverted_file = InvertedFile(words);
   for (const FramePair& loop : RunLoops(options, scene.Input(), lonely, NoProgress(), 2)) {
     EXPECT_EQ(loop.frame_b, static_cast<int>(num_out) + 3);
     EXPECT_EQ(loop.status, PairStatus::kInconsistent);
@@ -39,15 +37,17 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
 }
 
 TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
-  const LandmarkScene scene = MakeLandmarkScene();
+  LandmarkScene scene = MakeLandmarkScene();
+  GoAgain(&scene);
   const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
-    NIGHTMAP_EXPECT_ERROR(
-        DataError, RunLoops({}, listed.Input(), vocabulary, NoProgress(), 1), "vocabulary: lists");
+    LoopsOptions options;
+    options.min_gap = 8;
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          RunLoops(options, listed.Input(), vocabulary, NoProgress(), 1),
+                          "vocabulary: lists");
   };
   Vocabulary damaged = MakeSceneVocabulary(scene);
-  auto words = damaged.inverted_file.Words();
-  words[2].push_back(1);  // of a feature that the frame does not have
-  damaged.inverted_file = InvertedFile(words);
+  for (auto& words : damaged.words) words.push_back(words[0]);  // of a feature too many
   expect_refused(scene, damaged);
   LandmarkScene later = scene;
   for (FrameRecord& frame : later.frames) frame.frame_idx += 5;

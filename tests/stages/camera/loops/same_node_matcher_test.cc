@@ -11,7 +11,8 @@ TEST(SameNodeMatcher, FindsTheCommonPointsAtEveryLevel) {
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
   // Equal descriptors have equal words: nothing can be missed, and nothing wrong is nearest.
   for (const int level : {1, 2, 5}) {
-    const auto matches = SameNodeMatcher(vocabulary, scene.features, level).Match(2, 4, 0.8);
+    const auto& frames = scene.features.frames;
+    const auto matches = SameNodeMatcher(vocabulary, level).Match(frames[2], frames[4], 0.8);
     EXPECT_EQ(matches, CommonPoints(scene, 2, 4)) << level;
   }
 }
@@ -20,10 +21,11 @@ TEST(SameNodeMatcher, HasNothingForATrackedFrame) {
   LandmarkScene scene = MakeLandmarkScene();
   TrackFrom(3, 4, &scene);
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
-  const SameNodeMatcher matcher(vocabulary, scene.features, 2);
-  EXPECT_TRUE(matcher.Match(2, 4, 0.8).empty());
-  EXPECT_TRUE(matcher.Match(4, 2, 0.8).empty());
-  EXPECT_FALSE(matcher.Match(2, 3, 0.8).empty());
+  const SameNodeMatcher matcher(vocabulary, 2);
+  const auto& frames = scene.features.frames;
+  EXPECT_TRUE(matcher.Match(frames[2], frames[4], 0.8).empty());
+  EXPECT_TRUE(matcher.Match(frames[4], frames[2], 0.8).empty());
+  EXPECT_FALSE(matcher.Match(frames[2], frames[3], 0.8).empty());
 }
 
 }  // namespace nightmap::same_node_matcher_test

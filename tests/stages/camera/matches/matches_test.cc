@@ -66,10 +66,10 @@ TEST(RunMatches, AFrameThatMatchesNoNeighbourIsMatchedFartherBack) {
 }
 
 TEST(RunMatches, RefusesFeaturesOfOtherFrames) {
-  FramesWithFeatures input = MakeLandmarkScene().Input();
-  input.features.frames.pop_back();
+  LandmarkScene scene = MakeLandmarkScene();
+  scene.features.frames.pop_back();
   NIGHTMAP_EXPECT_ERROR(
-      DataError, RunMatches({}, input, 0, NoProgress(), 1), "not of the listed frames");
+      DataError, RunMatches({}, scene.Input(), 0, NoProgress(), 1), "not of the listed frames");
 }
 
 }  // namespace nightmap::matches_test

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/vocabulary/vocabulary.h"
 
+#include "pipeline/camera/inverted_file.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
@@ -9,7 +10,7 @@ namespace nightmap::vocabulary_test {
 class VocabularyTest : public testing::Test {
  protected:
   Vocabulary Run(int num_threads = 1) const {
-    return RunVocabulary(options_, features_, NoProgress(), num_threads);
+    return RunVocabulary(options_, SiteFeatures(features_), NoProgress(), num_threads);
   }
   VocabularyOptions options_;
   FeaturesShard features_ = MakeLandmarkScene(800, 6).features;
@@ -17,11 +18,12 @@ class VocabularyTest : public testing::Test {
 
 TEST_F(VocabularyTest, IndexesEveryFeatureByItsLeaf) {
   const Vocabulary vocabulary = Run();
-  ASSERT_EQ(vocabulary.inverted_file.Words().size(), features_.frames.size());
+  ASSERT_EQ(vocabulary.words.size(), features_.frames.size());
+  const InvertedFile inverted_file(vocabulary.words);
   for (std::size_t i = 0; i < features_.frames.size(); ++i) {
-    const auto& words = vocabulary.inverted_file.Words()[i];
+    const auto& words = vocabulary.words[i];
     EXPECT_EQ(words, vocabulary.tree.LeafWords(features_.frames[i].descriptors, 1));
-    EXPECT_EQ(vocabulary.inverted_file.Query(words, 1).at(0).frame_idx, static_cast<int>(i));
+    EXPECT_EQ(inverted_file.Query(words, 1).at(0).frame_idx, static_cast<int>(i));
   }
   EXPECT_GT(NumWords(vocabulary.tree), 50);
 }
@@ -30,7 +32,7 @@ TEST_F(VocabularyTest, IsTheSameForOneAndTwoThreads) {
   const Vocabulary one = Run(1);
   const Vocabulary two = Run(2);
   EXPECT_EQ(one.tree.Centres(), two.tree.Centres());
-  EXPECT_EQ(one.inverted_file.Words(), two.inverted_file.Words());
+  EXPECT_EQ(one.words, two.words);
 }
 
 TEST_F(VocabularyTest, TrainsOnASampleWhenThereIsTooMuch) {
