@@ -2,6 +2,7 @@
 #include "pipeline/graph/camera_runs.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "pipeline/io/trajectory_io.h"
@@ -34,6 +35,13 @@ std::vector<CameraRun> FindCameraRuns(const std::vector<FrameRecord>& frames,
     runs.back().poses.push_back({frames[i].time_ns, chain.At(idx)});
   }
   return runs;
+}
+
+const CameraRun* RunOf(const std::vector<CameraRun>& runs, int frame_a, int frame_b) {
+  const auto next = std::ranges::upper_bound(runs, frame_a, {}, &CameraRun::first_frame);
+  if (next == runs.begin()) return nullptr;
+  const CameraRun& run = *std::prev(next);
+  return run.Has(frame_a) && run.Has(frame_b) ? &run : nullptr;
 }
 
 }  // namespace nightmap

@@ -27,4 +27,7 @@ struct CameraRun {
 std::vector<CameraRun> FindCameraRuns(const std::vector<FrameRecord>& frames,
                                       const OdometryChain& chain);
 
+// The run that has both frames; none: null. `runs` ascend.
+const CameraRun* RunOf(const std::vector<CameraRun>& runs, int frame_a, int frame_b);
+
 }  // namespace nightmap

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/graph/sensor_stretches.h"
 
-#include <algorithm>
 #include <optional>
 
 namespace nightmap {
@@ -10,13 +9,6 @@ namespace {
 constexpr double kLength_m = 0.5;
 constexpr double kTurn_rad = 0.35;
 constexpr std::int64_t kMaxTime_ns = 5'000'000'000;
-
-const CameraRun* FindRun(const std::vector<CameraRun>& runs, const PoseEdge& edge) {
-  const auto next = std::ranges::upper_bound(runs, edge.frame_a, {}, &CameraRun::first_frame);
-  if (next == runs.begin()) return nullptr;
-  const CameraRun& run = *std::prev(next);
-  return run.Has(edge.frame_a) && run.Has(edge.frame_b) ? &run : nullptr;
-}
 
 SensorStretch MakeStretch(const CameraRun& run, const PoseEdge& edge) {
   const auto time_of = [&](int frame_idx) {
@@ -33,7 +25,7 @@ std::vector<SensorStretch> FindSensorStretches(const std::vector<CameraRun>& run
   std::optional<PoseEdge> open;
   for (const PoseEdge& step : odometry) {
     open = open && open->frame_b == step.frame_a ? Chained(*open, step) : step;
-    const CameraRun* run = FindRun(runs, *open);
+    const CameraRun* run = RunOf(runs, open->frame_a, open->frame_b);
     if (!run) {
       open.reset();
       continue;

@@ -87,13 +87,13 @@ class Hdf5Reader {
     Demand(values.size() == 1, name, "is not one number");
     return values[0];
   }
-  // Where each of `count` lists (none: any number) starts in a flat one of `end` elements, and
-  // `end`. Throws DataError naming file and field unless they start at 0, never decrease, and end
-  // with `end`. T: int32_t, int64_t.
+  // Where each of `count` lists (none: any number) starts in a flat one of `end` elements (none:
+  // any number), and `end`. Throws DataError naming file and field unless they start at 0, never
+  // decrease, and end with `end`. T: int32_t, int64_t.
   template <typename T = std::int64_t>
   std::vector<std::size_t> ReadOffsets(const std::string& name,
                                        std::optional<std::size_t> count,
-                                       std::size_t end) const;
+                                       std::optional<std::size_t> end) const;
   // Reads a text of WriteText, or "config". Throws DataError naming file and field when it is
   // missing, not one text of fixed length, not UTF-8, or not as it was written.
   std::string ReadText(const std::string& name) const;

@@ -100,11 +100,12 @@ Hdf5Reader::~Hdf5Reader() {
 template <typename T>
 std::vector<std::size_t> Hdf5Reader::ReadOffsets(const std::string& name,
                                                  std::optional<std::size_t> count,
-                                                 std::size_t end) const {
+                                                 std::optional<std::size_t> end) const {
   const auto values = ReadList<T>(name);
   Demand(count ? values.size() == *count + 1 : !values.empty(), name);
   Demand(std::ranges::is_sorted(values), name, "decreases");
-  Demand(values.front() == 0 && static_cast<std::size_t>(values.back()) == end, name);
+  const auto last = static_cast<std::size_t>(values.back());
+  Demand(values.front() == 0 && last == end.value_or(last), name);
   return {values.begin(), values.end()};
 }
 
@@ -240,11 +241,9 @@ NIGHTMAP_INSTANTIATE(std::int64_t)
 NIGHTMAP_INSTANTIATE(float)
 NIGHTMAP_INSTANTIATE(double)
 #undef NIGHTMAP_INSTANTIATE
-template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int32_t>(const std::string&,
-                                                                        std::optional<std::size_t>,
-                                                                        std::size_t) const;
-template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int64_t>(const std::string&,
-                                                                        std::optional<std::size_t>,
-                                                                        std::size_t) const;
+template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int32_t>(
+    const std::string&, std::optional<std::size_t>, std::optional<std::size_t>) const;
+template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int64_t>(
+    const std::string&, std::optional<std::size_t>, std::optional<std::size_t>) const;
 
 }  // namespace nightmap

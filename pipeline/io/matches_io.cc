@@ -12,18 +12,28 @@ constexpr int kMatchesVersion = 1;
 constexpr auto kMatches = Hdf5Table<FeatureMatch>(
     Hdf5Column("match", &FeatureMatch::a, &FeatureMatch::b).Elements(kNotNegative));
 
-constexpr auto kPairs = Hdf5Table<FramePair>(
-    Hdf5Column("frame", &FramePair::frame_a, &FramePair::frame_b).Rows([](const FramePair& pair) {
-      return pair.frame_a >= 0 && pair.frame_a < pair.frame_b;
-    }),
-    Hdf5Column("status", &FramePair::status).Elements([](int status) {
-      return status >= 0 && status <= static_cast<int>(PairStatus::kUncertain);
-    }),
-    Hdf5Column("num_putative", &FramePair::num_putative).Elements(kNotNegative),
-    Hdf5Column("score", &FramePair::score),
-    Hdf5Column("b_from_a", &FramePair::b_from_a),
-    Hdf5Column("covariance", &FramePair::covariance),
-    Hdf5Lists<std::int32_t>("first_match", &FramePair::inliers, kMatches));
+// Columns of FramePair, or of what is one.
+template <typename Row, typename... Lists>
+constexpr auto PairTable(Lists... lists) {
+  return Hdf5Table<Row>(
+      Hdf5Column("frame", &FramePair::frame_a, &FramePair::frame_b).Rows([](const FramePair& pair) {
+        return pair.frame_a >= 0 && pair.frame_a < pair.frame_b;
+      }),
+      Hdf5Column("status", &FramePair::status).Elements([](int status) {
+        return status >= 0 && status <= static_cast<int>(PairStatus::kUncertain);
+      }),
+      Hdf5Column("num_putative", &FramePair::num_putative).Elements(kNotNegative),
+      Hdf5Column("score", &FramePair::score),
+      Hdf5Column("b_from_a", &FramePair::b_from_a),
+      Hdf5Column("covariance", &FramePair::covariance),
+      lists...);
+}
+
+constexpr char kFirstMatch[] = "first_match";
+
+constexpr auto kPairs =
+    PairTable<FramePair>(Hdf5Lists<std::int32_t>(kFirstMatch, &FramePair::inliers, kMatches));
+constexpr auto kCountedPairs = PairTable<CountedPair>();
 
 }  // namespace
 
@@ -59,6 +69,16 @@ void WritePairs(const std::filesystem::path& path,
 
 std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
   return kPairs.Read(Hdf5Reader(path, kMatchesFormat, kMatchesVersion));
+}
+
+std::vector<CountedPair> ReadCountedPairs(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kMatchesFormat, kMatchesVersion);
+  std::vector<CountedPair> pairs = kCountedPairs.Read(file);
+  const auto starts = file.ReadOffsets<std::int32_t>(kFirstMatch, pairs.size(), std::nullopt);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    pairs[i].num_inliers = static_cast<int>(starts[i + 1] - starts[i]);
+  }
+  return pairs;
 }
 
 }  // namespace nightmap

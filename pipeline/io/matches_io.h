@@ -36,10 +36,17 @@ struct FramePair {
   std::vector<FeatureMatch> inliers;
 };
 
-// Both throw DataError naming file and field.
+// A pair whose inliers stay in the file.
+struct CountedPair : FramePair {
+  int num_inliers = 0;
+};
+
+// All throw DataError naming file and field.
 void WritePairs(const std::filesystem::path& path,
                 const std::vector<FramePair>& pairs,
                 const std::string& config);
 std::vector<FramePair> ReadPairs(const std::filesystem::path& path);
+// Does not read the inliers, which are most of the file.
+std::vector<CountedPair> ReadCountedPairs(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -82,4 +82,9 @@ OdometryShard ReadOdometry(const std::filesystem::path& path) {
   return {kOdometryFrames.Read(file), kPoseEdges.Read(file), ReadTracks(file)};
 }
 
+OdometryShard ReadOdometryWithoutTracks(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kOdometryFormat, kOdometryVersion);
+  return {kOdometryFrames.Read(file), kPoseEdges.Read(file), {}};
+}
+
 }  // namespace nightmap

@@ -44,10 +44,12 @@ struct OdometryShard {
   std::vector<Track> tracks;  // in a file each has at least one sighting
 };
 
-// Both throw DataError naming file and field.
+// All throw DataError naming file and field.
 void WriteOdometry(const std::filesystem::path& path,
                    const OdometryShard& shard,
                    const std::string& config);
 OdometryShard ReadOdometry(const std::filesystem::path& path);
+// Does not read the tracks, which are most of the file.
+OdometryShard ReadOdometryWithoutTracks(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -54,6 +54,23 @@ TEST(MatchesIo, ReadsBackEveryField) {
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "m.h5"));
 }
 
+TEST(MatchesIo, CountsInliersWithoutReadingThem) {
+  const TemporaryFolder folder;
+  std::vector<FramePair> pairs;
+  for (int i = 0; i < 12; ++i) pairs.push_back(RandomPair(i));
+  WritePairs(folder / "m.h5", pairs, "x = 1\n");
+  std::vector<FramePair> again;
+  for (const CountedPair& pair : ReadCountedPairs(folder / "m.h5")) {
+    const std::vector<FeatureMatch>& inliers = pairs[again.size()].inliers;
+    EXPECT_EQ(pair.num_inliers, static_cast<int>(inliers.size()));
+    EXPECT_TRUE(pair.inliers.empty());
+    again.push_back(pair);
+    again.back().inliers = inliers;
+  }
+  WritePairs(folder / "again.h5", again, "x = 1\n");
+  EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "m.h5"));
+}
+
 TEST(MatchesIo, NoPairsAreFine) {
   const TemporaryFolder folder;
   WritePairs(folder / "m.h5", {}, "");

@@ -58,6 +58,11 @@ TEST(OdometryIo, ReadsBackEveryField) {
     EXPECT_EQ(read.edges[i].is_bridge, shard.edges[i].is_bridge);
   }
   EXPECT_EQ(read.tracks, shard.tracks);
+  OdometryShard trackless = ReadOdometryWithoutTracks(folder / "o.h5");
+  EXPECT_TRUE(trackless.tracks.empty());
+  trackless.tracks = shard.tracks;
+  WriteOdometry(folder / "again.h5", trackless, "x = 1\n");
+  EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "o.h5"));
   WriteOdometry(folder / "again.h5", read, "x = 1\n");
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "o.h5"));
 }

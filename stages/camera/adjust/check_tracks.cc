@@ -2,7 +2,7 @@
 #include "stages/camera/adjust/check_tracks.h"
 
 #include "pipeline/base/input_error.h"
-#include "pipeline/graph/check_loops.h"
+#include "pipeline/graph/check_loop.h"
 
 namespace nightmap {
 namespace {
@@ -62,8 +62,10 @@ void CheckInput(const AdjustInput& input) {
   for (std::size_t i = 0; i < input.odometry.size(); ++i) {
     CheckTracks(i, input.odometry[i], input.features);
   }
-  CheckLoops(input.loops, input.frames.size());
-  for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);
+  for (const FramePair& loop : input.loops) {
+    CheckLoop(loop, input.frames.size());
+    CheckMatches(loop, input.features);
+  }
   if (input.graph.is_loop_accepted.size() == input.loops.size()) return;
   throw InputError({{"graph"}, {"loops"}},
                    "the graph judges {} loops, the list has {}",

@@ -2,7 +2,7 @@
 #include "stages/graph/pose_graph/check_odometry.h"
 
 #include "pipeline/base/input_error.h"
-#include "pipeline/graph/check_loops.h"
+#include "pipeline/graph/check_loop.h"
 
 namespace nightmap {
 namespace {
@@ -90,7 +90,7 @@ void CheckInput(const PoseGraphInput& input) {
   for (std::size_t i = 0; i < input.odometry.size(); ++i) {
     CheckEdges(i, input.odometry[i], is_keyframe);
   }
-  CheckLoops(input.loops, is_keyframe.size());
+  for (const FramePair& loop : input.loops) CheckLoop(loop, is_keyframe.size());
 }
 
 }  // namespace nightmap

@@ -2,6 +2,7 @@
 #include "stages/graph/pose_graph/close_loops.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "stages/graph/pose_graph/drift_gate.h"
@@ -14,9 +15,13 @@ namespace {
 // Mahalanobis distance in the graph beyond which a loop is rejected.
 constexpr double kMaxLoopError = 6.0;
 
-bool HasBridge(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
-  return std::ranges::any_of(
-      tree, [&](const PoseEdge& edge) { return edge.is_bridge && edge.frame_b == bridge.frame_b; });
+// By the keyframe after each.
+std::set<int> Bridges(const std::vector<PoseEdge>& tree) {
+  std::set<int> bridges;
+  for (const PoseEdge& edge : tree) {
+    if (edge.is_bridge) bridges.insert(edge.frame_b);
+  }
+  return bridges;
 }
 
 }  // namespace
@@ -52,8 +57,9 @@ void LoopCloser::GateByDrift(std::map<int, Rigid3>* graph_from_keyframe) {
   const DriftGate gate(tree);
   const Rigid3 first = graph_from_keyframe->begin()->second;
   for (const auto& [idx, pose] : gate.Poses()) graph_from_keyframe->at(idx) = first * pose;
+  const std::set<int> bridges = Bridges(tree);
   for (const PoseEdge& edge : chain_.edges) {
-    if (!edge.is_bridge || HasBridge(tree, edge)) edges_.push_back({edge, false});
+    if (!edge.is_bridge || bridges.contains(edge.frame_b)) edges_.push_back({edge, false});
   }
   for (LoopCandidate& loop : candidates_) {
     if (!loop.edge) continue;

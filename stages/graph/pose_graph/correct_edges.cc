@@ -61,15 +61,13 @@ void ShiftTimes(const std::vector<CameraRun>& runs,
                 std::vector<PoseEdge>* odometry) {
   const std::int64_t later_ns = std::llround(1e9 * later_s);
   for (PoseEdge& edge : *odometry) {
-    for (const CameraRun& run : runs) {
-      if (!run.Has(edge.frame_a) || !run.Has(edge.frame_b)) continue;
-      const auto later_from_frame = [&](int frame_idx) {
-        const StampedPose& pose = run.poses[static_cast<std::size_t>(frame_idx - run.first_frame)];
-        return run.At(pose.time_ns + later_ns).Inverse() * pose.pose;
-      };
-      edge = Between(edge, later_from_frame(edge.frame_a), later_from_frame(edge.frame_b));
-      break;
-    }
+    const CameraRun* const run = RunOf(runs, edge.frame_a, edge.frame_b);
+    if (!run) continue;
+    const auto later_from_frame = [&](int frame_idx) {
+      const StampedPose& pose = run->poses[static_cast<std::size_t>(frame_idx - run->first_frame)];
+      return run->At(pose.time_ns + later_ns).Inverse() * pose.pose;
+    };
+    edge = Between(edge, later_from_frame(edge.frame_a), later_from_frame(edge.frame_b));
   }
 }
 

@@ -2,86 +2,80 @@
 #include "stages/graph/pose_graph/join_runs.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
 #include <utility>
 
-#include "pipeline/base/union_find.h"
 #include "stages/graph/pose_graph/drift_gate.h"
 
 namespace nightmap {
 namespace {
 
-constexpr int kMinSupport = 3;
+constexpr std::size_t kMinSupport = 3;
 constexpr std::size_t kMaxHypotheses = 100;  // candidates for a join, spread over the loops
+
+std::vector<PoseEdge> WithoutBridges(std::vector<PoseEdge> odometry) {
+  std::erase_if(odometry, [](const PoseEdge& edge) { return edge.is_bridge; });
+  return odometry;
+}
 
 class RunJoiner {
  public:
-  RunJoiner(const std::vector<PoseEdge>& odometry, double max_drift)
-      : max_drift_(max_drift), runs_(odometry.size() + 1) {
-    std::size_t run = 0;
-    if (!odometry.empty()) run_of_[odometry[0].frame_a] = run;
-    for (const PoseEdge& edge : odometry) {
-      if (edge.is_bridge) ++run;
-      if (!edge.is_bridge) tree_.push_back(edge);
-      run_of_[edge.frame_b] = run;
-    }
+  RunJoiner(const std::vector<PoseEdge>& odometry,
+            const std::vector<PoseEdge>& loops,
+            double max_drift)
+      : max_drift_(max_drift), gate_(WithoutBridges(odometry), odometry) {
+    for (const PoseEdge& loop : loops) open_.push_back(&loop);
   }
 
   // Joins by the loop that most loops between the same two sets of runs agree with; false: too few
   // agree.
-  bool JoinByLoops(const std::vector<PoseEdge>& loops) {
-    std::vector<PoseEdge> open;
-    for (const PoseEdge& loop : loops) {
-      if (!IsJoined(loop)) open.push_back(loop);
-    }
-    const std::size_t step = open.size() / kMaxHypotheses + 1;
-    int best_support = kMinSupport - 1;
+  bool JoinByLoops() {
+    std::erase_if(open_, [&](const PoseEdge* loop) { return IsJoined(*loop); });
+    const auto rivals = OpenByTrees();
+    const std::size_t step = open_.size() / kMaxHypotheses + 1;
+    std::size_t best_support = kMinSupport - 1;
     const PoseEdge* best = nullptr;
-    for (std::size_t i = 0; i < open.size(); i += step) {
-      const int support = Support(open[i], open);
-      if (support > best_support) best = &open[i];
+    for (std::size_t i = 0; i < open_.size(); i += step) {
+      const Loops& same = rivals.at(gate_.TreesOf(*open_[i]));
+      if (same.size() <= best_support) continue;
+      const std::size_t support = Support(*open_[i], same);
+      if (support > best_support) best = open_[i];
       best_support = std::max(best_support, support);
     }
-    if (best) Join(*best);
+    if (best) gate_.Join(*best);
     return best != nullptr;
   }
 
   void JoinByBridge(const PoseEdge& bridge) {
-    if (!IsJoined(bridge)) Join(bridge);
+    if (!IsJoined(bridge)) gate_.Join(bridge);
   }
 
-  std::vector<PoseEdge> Tree() && { return std::move(tree_); }
+  std::vector<PoseEdge> Tree() && { return std::move(gate_).TakeTree(); }
 
  private:
-  std::pair<std::size_t, std::size_t> SetsOf(const PoseEdge& edge) {
-    const std::size_t a = runs_.Find(run_of_.at(edge.frame_a));
-    const std::size_t b = runs_.Find(run_of_.at(edge.frame_b));
-    return {std::min(a, b), std::max(a, b)};
-  }
-  bool IsJoined(const PoseEdge& edge) {
-    const auto [a, b] = SetsOf(edge);
+  using Loops = std::vector<const PoseEdge*>;
+
+  bool IsJoined(const PoseEdge& edge) const {
+    const auto [a, b] = gate_.TreesOf(edge);
     return a == b;
   }
 
-  int Support(const PoseEdge& hypothesis, const std::vector<PoseEdge>& open) {
-    tree_.push_back(hypothesis);
-    const DriftGate gate(tree_);
-    tree_.pop_back();
-    const auto joined = SetsOf(hypothesis);
-    return static_cast<int>(std::ranges::count_if(open, [&](const PoseEdge& loop) {
-      return SetsOf(loop) == joined && gate.Distance(loop) <= max_drift_;
-    }));
+  std::map<std::pair<std::size_t, std::size_t>, Loops> OpenByTrees() const {
+    std::map<std::pair<std::size_t, std::size_t>, Loops> loops;
+    for (const PoseEdge* loop : open_) loops[gate_.TreesOf(*loop)].push_back(loop);
+    return loops;
   }
 
-  void Join(const PoseEdge& edge) {
-    runs_.Join(run_of_.at(edge.frame_a), run_of_.at(edge.frame_b));
-    tree_.push_back(edge);
+  std::size_t Support(const PoseEdge& hypothesis, const Loops& loops) const {
+    const JoinedTrees joined(gate_, hypothesis);
+    return static_cast<std::size_t>(std::ranges::count_if(
+        loops, [&](const PoseEdge* loop) { return joined.Distance(*loop) <= max_drift_; }));
   }
 
   double max_drift_;
-  std::map<int, std::size_t> run_of_;  // by keyframe
-  UnionFind runs_;
-  std::vector<PoseEdge> tree_;
+  DriftGate gate_;  // a tree for each set of joined runs
+  Loops open_;      // between two of them
 };
 
 }  // namespace
@@ -89,8 +83,8 @@ class RunJoiner {
 std::vector<PoseEdge> JoinRuns(const std::vector<PoseEdge>& odometry,
                                const std::vector<PoseEdge>& loops,
                                double max_drift) {
-  RunJoiner joiner(odometry, max_drift);
-  while (joiner.JoinByLoops(loops)) {
+  RunJoiner joiner(odometry, loops, max_drift);
+  while (joiner.JoinByLoops()) {
   }
   for (const PoseEdge& edge : odometry) {
     if (edge.is_bridge) joiner.JoinByBridge(edge);

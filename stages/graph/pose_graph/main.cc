@@ -14,8 +14,10 @@ namespace {
 PoseGraphInput ReadInput(const StageContext& context) {
   PoseGraphInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
-  for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
-  if (context.HasInput("loops")) input.loops = ReadPairs(context.Input("loops"));
+  for (const auto& path : context.Inputs("odometry")) {
+    input.odometry.push_back(ReadOdometryWithoutTracks(path));
+  }
+  if (context.HasInput("loops")) input.loops = ReadCountedPairs(context.Input("loops"));
   for (const auto& path : context.Inputs("edges")) input.edges.push_back(ReadEdges(path));
   if (input.frames.empty()) AdoptOdometry(&input);
   return input;

@@ -2,6 +2,7 @@
 #include "stages/graph/pose_graph/optimize_graph.h"
 
 #include <ceres/ceres.h>
+#include <dlfcn.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -15,9 +16,15 @@ namespace {
 // deviation: residual = L (rotation vector, translation) with L^T L the information.
 class EdgeError {
  public:
-  EdgeError(const PoseEdge& edge, double weight) : a_from_b_(edge.b_from_a.Inverse()) {
+  // `sqrt_information` must outlive this.
+  EdgeError(const PoseEdge& edge, const Matrix6d& sqrt_information, double weight)
+      : a_from_b_(edge.b_from_a.Inverse()),
+        sqrt_information_(sqrt_information),
+        sqrt_weight_(std::sqrt(weight)) {}
+
+  static Matrix6d SqrtInformation(const PoseEdge& edge) {
     const Matrix6d information = edge.covariance.llt().solve(Matrix6d::Identity());
-    sqrt_information_ = std::sqrt(weight) * Matrix6d(information.llt().matrixU());
+    return information.llt().matrixU();
   }
 
   template <typename T>
@@ -40,21 +47,55 @@ class EdgeError {
     const Vector difference_translation =
         b_from_a * a_from_b_.translation.cast<T>() + b_from_a_translation;
     const T sign = difference.w() < T(0) ? T(-2) : T(2);
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> error(residual);
+    Eigen::Matrix<T, 6, 1> error;
     error << sign * difference.vec(), difference_translation;
-    error.applyOnTheLeft(sqrt_information_.cast<T>());
+    const Matrix6d sqrt_information = sqrt_weight_ * sqrt_information_;
+    Eigen::Map<Eigen::Matrix<T, 6, 1>>(residual).noalias() = sqrt_information * error;
     return true;
   }
 
  private:
   Rigid3 a_from_b_;
-  Matrix6d sqrt_information_;
+  const Matrix6d& sqrt_information_;
+  double sqrt_weight_;
 };
 
-GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* poses) {
+// While it lives, OpenMP, if CHOLMOD is built with it, opens no parallel regions: CHOLMOD asks for
+// four threads for each of many blocks of a few rows, and waiting for them takes half of the time.
+class WithoutOpenMp {
+ public:
+  WithoutOpenMp() {
+    const auto get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "omp_get_max_active_levels"));
+    set_ = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"));
+    if (get) num_levels_ = get();
+    if (set_) set_(0);
+  }
+  ~WithoutOpenMp() {
+    if (set_) set_(num_levels_);
+  }
+  WithoutOpenMp(const WithoutOpenMp&) = delete;
+  WithoutOpenMp& operator=(const WithoutOpenMp&) = delete;
+
+ private:
+  int num_levels_ = 1;
+  void (*set_)(int) = nullptr;
+};
+
+// L of each edge.
+std::vector<Matrix6d> SqrtInformation(const std::vector<GraphEdge>& edges) {
+  std::vector<Matrix6d> all;
+  all.reserve(edges.size());
+  for (const GraphEdge& edge : edges) all.push_back(EdgeError::SqrtInformation(edge.edge));
+  return all;
+}
+
+GraphSummary Solve(const std::vector<GraphEdge>& edges,
+                   const std::vector<Matrix6d>& sqrt_information,
+                   std::map<int, Rigid3>* poses) {
   ceres::Problem problem;
+  auto* const rotations = new ceres::EigenQuaternionManifold;
   for (auto& [frame_idx, pose] : *poses) {
-    problem.AddParameterBlock(pose.rotation.coeffs().data(), 4, new ceres::EigenQuaternionManifold);
+    problem.AddParameterBlock(pose.rotation.coeffs().data(), 4, rotations);
     problem.AddParameterBlock(pose.translation.data(), 3);
   }
   // Only relative poses are measured, so one pose is held fixed; otherwise the whole graph could
@@ -62,12 +103,13 @@ GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* p
   Rigid3& first = poses->begin()->second;
   problem.SetParameterBlockConstant(first.rotation.coeffs().data());
   problem.SetParameterBlockConstant(first.translation.data());
-  for (const GraphEdge& edge : edges) {
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const GraphEdge& edge = edges[i];
     if (edge.weight < 1e-6) continue;
     Rigid3& a = poses->at(edge.edge.frame_a);
     Rigid3& b = poses->at(edge.edge.frame_b);
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 6, 4, 3, 4, 3>(
-                                 new EdgeError(edge.edge, edge.weight)),
+                                 new EdgeError(edge.edge, sqrt_information[i], edge.weight)),
                              nullptr,
                              a.rotation.coeffs().data(),
                              a.translation.data(),
@@ -97,9 +139,26 @@ GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* p
           ceres::TerminationTypeToString(summary.termination_type)};
 }
 
-void UpdateErrors(const std::map<int, Rigid3>& poses, std::vector<GraphEdge>* edges) {
-  for (GraphEdge& edge : *edges) {
-    edge.error = ErrorOf(edge.edge, poses.at(edge.edge.frame_a), poses.at(edge.edge.frame_b));
+double ErrorOf(const PoseEdge& edge,
+               const Matrix6d& sqrt_information,
+               const Rigid3& world_from_a,
+               const Rigid3& world_from_b) {
+  Vector6d residual;
+  EdgeError(edge, sqrt_information, 1)(world_from_a.rotation.coeffs().data(),
+                                       world_from_a.translation.data(),
+                                       world_from_b.rotation.coeffs().data(),
+                                       world_from_b.translation.data(),
+                                       residual.data());
+  return residual.norm();
+}
+
+void UpdateErrors(const std::map<int, Rigid3>& poses,
+                  const std::vector<Matrix6d>& sqrt_information,
+                  std::vector<GraphEdge>* edges) {
+  for (std::size_t i = 0; i < edges->size(); ++i) {
+    const PoseEdge& edge = (*edges)[i].edge;
+    (*edges)[i].error =
+        ErrorOf(edge, sqrt_information[i], poses.at(edge.frame_a), poses.at(edge.frame_b));
   }
 }
 
@@ -121,13 +180,7 @@ bool AllDecided(const std::vector<GraphEdge>& edges) {
 }  // namespace
 
 double ErrorOf(const PoseEdge& edge, const Rigid3& world_from_a, const Rigid3& world_from_b) {
-  Eigen::Matrix<double, 6, 1> residual;
-  EdgeError(edge, 1)(world_from_a.rotation.coeffs().data(),
-                     world_from_a.translation.data(),
-                     world_from_b.rotation.coeffs().data(),
-                     world_from_b.translation.data(),
-                     residual.data());
-  return residual.norm();
+  return ErrorOf(edge, EdgeError::SqrtInformation(edge), world_from_a, world_from_b);
 }
 
 GraphSummary OptimizeGraph(double max_loop_error,
@@ -135,8 +188,10 @@ GraphSummary OptimizeGraph(double max_loop_error,
                            std::map<int, Rigid3>* poses) {
   constexpr int kMaxRounds = 40;
   constexpr double kMuFactor = 1.6;
+  const std::vector<Matrix6d> sqrt_information = SqrtInformation(*edges);
+  const WithoutOpenMp without_open_mp;
   double worst = 0;
-  UpdateErrors(*poses, edges);
+  UpdateErrors(*poses, sqrt_information, edges);
   for (const GraphEdge& edge : *edges) {
     if (edge.is_loop) worst = std::max(worst, edge.error);
   }
@@ -144,8 +199,8 @@ GraphSummary OptimizeGraph(double max_loop_error,
   double mu = denominator > 0 ? std::max(1e-6, max_loop_error * max_loop_error / denominator) : 1e6;
   int num_rounds = 0;
   while (num_rounds < kMaxRounds) {
-    Solve(*edges, poses);
-    UpdateErrors(*poses, edges);
+    Solve(*edges, sqrt_information, poses);
+    UpdateErrors(*poses, sqrt_information, edges);
     for (GraphEdge& edge : *edges) {
       if (edge.is_loop) edge.weight = Weight(edge.error, max_loop_error, mu);
     }
@@ -155,9 +210,9 @@ GraphSummary OptimizeGraph(double max_loop_error,
   for (GraphEdge& edge : *edges) {
     if (edge.is_loop) edge.weight = edge.error <= max_loop_error ? 1 : 0;
   }
-  GraphSummary summary = Solve(*edges, poses);
+  GraphSummary summary = Solve(*edges, sqrt_information, poses);
   summary.num_rounds = num_rounds;
-  UpdateErrors(*poses, edges);
+  UpdateErrors(*poses, sqrt_information, edges);
   return summary;
 }
 

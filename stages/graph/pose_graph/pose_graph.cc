@@ -65,7 +65,7 @@ class Pipeline {
   std::vector<GraphEdge> CloseLoops() {
     const OdometryChain& chain = graph_.chain;
     std::vector<std::optional<PoseEdge>> loops;
-    for (const FramePair& loop : input_.loops) {
+    for (const CountedPair& loop : input_.loops) {
       loops.push_back(LoopAtKeyframes(graph_.floor, chain, chain.keyframes, loop));
     }
     for (const SensorGraph& sensor : sensors_) {
@@ -96,14 +96,14 @@ class Pipeline {
     }
   }
 
-  void RecordLoop(const FramePair& loop, const LoopCandidate& candidate) {
+  void RecordLoop(const CountedPair& loop, const LoopCandidate& candidate) {
     const bool is_verified = loop.status == PairStatus::kAccepted;
     const std::string reason = is_verified ? candidate.reason : PairStatusText(loop.status);
     result_.loops.push_back({loop.frame_a,
                              loop.frame_b,
                              loop.score,
                              loop.num_putative,
-                             static_cast<int>(loop.inliers.size()),
+                             loop.num_inliers,
                              candidate.drift,
                              candidate.error,
                              reason.empty(),

@@ -51,10 +51,10 @@ struct PoseGraphOptions {
 
 // Without a camera: AdoptOdometry makes frames and odometry of the edges of another sensor.
 struct PoseGraphInput {
-  std::vector<FrameRecord> frames;  // all frames, contiguous from 0
-  std::vector<OdometryShard> odometry;
-  std::vector<FramePair> loops;    // accepted and rejected candidates
-  std::vector<SensorEdges> edges;  // of other sensors; nodes are frames of the lists
+  std::vector<FrameRecord> frames;      // all frames, contiguous from 0
+  std::vector<OdometryShard> odometry;  // without their tracks
+  std::vector<CountedPair> loops;       // accepted and rejected candidates
+  std::vector<SensorEdges> edges;       // of other sensors; nodes are frames of the lists
 };
 
 struct LoopRecord {

@@ -58,7 +58,7 @@ nlohmann::json OptimizationReport(const GraphSummary& summary) {
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result) {
   const auto num_accepted = std::ranges::count_if(result.loops, &LoopRecord::is_accepted);
   const auto num_rejected = std::ranges::count_if(
-      input.loops, [](const FramePair& loop) { return loop.status != PairStatus::kAccepted; });
+      input.loops, [](const CountedPair& loop) { return loop.status != PairStatus::kAccepted; });
   const auto num_bridges = std::ranges::count_if(result.edges, &PoseEdge::is_bridge);
   auto parts = nlohmann::json::array();
   for (const GraphPart& part : result.parts) {

@@ -13,7 +13,7 @@ AdjustInput After(const PoseGraphInput& closed) {
   AdjustInput input;
   input.frames = closed.frames;
   input.odometry = closed.odometry;
-  input.loops = closed.loops;
+  input.loops.assign(closed.loops.begin(), closed.loops.end());
   input.cameras = {RgbdCamera{}};
   input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
   for (const FrameRecord& frame : closed.frames) {

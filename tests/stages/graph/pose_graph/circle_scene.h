@@ -74,7 +74,7 @@ inline PoseGraphInput MakeInput(int num_loops = 4) {
     input.odometry.push_back(shard);
   }
   for (int k = 0; k < num_loops; ++k) {
-    FramePair loop;
+    CountedPair loop;
     loop.frame_a = k;
     loop.frame_b = kNumFrames - 4 + k;
     loop.status = PairStatus::kAccepted;

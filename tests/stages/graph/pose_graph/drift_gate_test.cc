@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/stages/graph/pose_graph/noisy_path.h"
 
 namespace nightmap::drift_gate_test {
@@ -56,6 +58,33 @@ TEST(DriftGate, AWrongPlaceIsFarAndALooseEdgeForgives) {
   EXPECT_GT(DriftGate(edges).Distance(loop), 10);
   edges[30].covariance = 100 * Matrix6d::Identity();  // a bridge
   EXPECT_LT(DriftGate(edges).Distance(loop), 3);
+}
+
+// Distances on a joined gate, and on two trees as if joined, are those of a gate made of all edges.
+TEST(DriftGate, JoinsTreesAsIfTheyAlwaysWereOne) {
+  for (const int cut : {15, 45}) {  // the smaller tree moves: once the first, once the second
+    const std::vector<PoseEdge> edges = Drive(60, 2);
+    const PoseEdge join = edges[static_cast<std::size_t>(cut)];
+    std::vector<PoseEdge> apart = edges;
+    apart.erase(apart.begin() + cut);
+    const DriftGate whole(edges);
+    DriftGate gate(apart);
+    const JoinedTrees joined(gate, join);
+    const auto expect = [&](const PoseEdge& loop, double distance) {
+      EXPECT_NEAR(distance / whole.Distance(loop), 1, 1e-9) << loop.frame_a << " " << loop.frame_b;
+    };
+    std::vector<PoseEdge> across = {TrueLoop(10, 50), TrueLoop(3, 59), TrueLoop(14, 47)};
+    across.push_back(TrueLoop(2, 50));
+    std::swap(across.back().frame_a, across.back().frame_b);  // whatever it measured
+    for (const PoseEdge& loop : across) {
+      EXPECT_EQ(gate.Distance(loop), std::numeric_limits<double>::infinity());
+      expect(loop, joined.Distance(loop));
+    }
+    gate.Join(join);
+    across.push_back(TrueLoop(1, 12));
+    across.push_back(TrueLoop(50, 58));
+    for (const PoseEdge& loop : across) expect(loop, gate.Distance(loop));
+  }
 }
 
 }  // namespace nightmap::drift_gate_test
