@@ -25,7 +25,7 @@ from night.compose import NUM_VISITS, Composer, link_data
 from night.source import Source
 
 TITLES = ["program", "frames", "wall (s)", "CPU (s)", "memory (MiB)", "files (MB)", "CPU per frame, ratio", "memory per frame, ratio"]
-ERRORS = ["frames", "copies", "without pose", "ATE (m)", "RPE over 10 m (cm)", "RPE over 10 m (deg)", "loops", "false loops",
+ERRORS = ["frames", "copies", "without pose", "ATE (m)", "RPE over 10 m (cm)", "RPE over 10 m (deg)", "of odometry alone (cm)", "loops", "false loops",
           "revisits closed (%)", "queries located", "their error (cm)", "in a wrong place"]  # fmt: skip
 
 
@@ -64,7 +64,8 @@ class Site:
             return cells + ["n/a"] * (len(ERRORS) - len(cells))
         way = score.trajectory_figures(folder / "map_frame/trajectory.tum", self.truth, composer.visit_frames)
         loops = score.loop_figures(folder / "loops/loops.h5", folder / "pose_graph/graph.h5", self.truth, composer.visit_frames)
-        return cells + [str(way["num_without"]), f"{way['ate_m']:.3f}", f"{100 * way['rpe_m']:.2f}", f"{way['rpe_deg']:.3f}",
+        odometry_m, _ = score.odometry_errors(run.first_visit(folder), self.truth)
+        return cells + [str(way["num_without"]), f"{way['ate_m']:.3f}", f"{100 * way['rpe_m']:.2f}", f"{way['rpe_deg']:.3f}", f"{100 * odometry_m:.2f}",
                         f"{loops['num_accepted']:,}", str(loops["num_false"]), f"{loops['closed_percent']:.1f}",
                         *self.query_errors()]  # fmt: skip
 

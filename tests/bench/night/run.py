@@ -22,6 +22,12 @@ def shards(folder, job, ending="h5"):
     return sorted((folder / job).glob(f"shard_*.{ending}"))
 
 
+def first_visit(folder):
+    """Odometry of the shards of the first visit; the second has as many."""
+    odometry = shards(folder, "odometry")
+    return odometry[: len(odometry) // 2]
+
+
 def inputs_of(program, folder, source, data):
     """The files of a site that a program reads. `source`, `data`: the real site and its recordings, of which queries are."""
     if program == "localize":
