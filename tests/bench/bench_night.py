@@ -3,8 +3,7 @@
 """bench_night: time, memory and error of the programs that map a site as a whole, against its number of frames.
 
 Composes sites of 10,000 to 430,000 frames out of the artifacts of a mapped one (night/compose.py): copies side by side, along which
-the way leads twice. Runs vocabulary, loops, pose_graph, adjust, map_frame, landmarks and localize on them, one after the other, with
-their default configs. Queries are those of the mapped site, in the first copy. A site takes 45 kB of disk per frame, its landmarks
+the way leads twice. Runs the programs from the vocabulary to the queries on them, one after the other, with their default configs. Queries are those of the mapped site, in the first copy. A site takes 45 kB of disk per frame, its landmarks
 twice as much; it is deleted when it is measured.
 Prints two Markdown tables, of cost and of errors; with --page they go between `<!-- bench_night:begin -->` and
 `<!-- bench_night:end -->`. A program that fails, such as for want of memory, is a row that says so.
@@ -47,14 +46,14 @@ class Site:
         """Runs the programs up to the first that fails."""
         limit = ("prlimit", f"--as={round(self.arguments.memory * 2**30)}") if self.arguments.memory else ()
         programs = Programs(self.arguments.build, self.arguments.threads, limit)
-        for program in run.WINGS:
+        for job in run.jobs_of_whole():
             try:
-                result = run.run(program, programs, self.folder, self.arguments.site_dir, self.arguments.data)
+                result = run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
             except DataError as error:
-                self.failure = {program: str(error).strip().splitlines()[-2][:200]}
+                self.failure = {job.name: str(error).strip().splitlines()[-2][:200]}
                 return
-            self.costs[program] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
-                                   size_mb(self.folder / program))  # fmt: skip
+            self.costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
+                                   size_mb(self.folder / job.name))  # fmt: skip
 
     def errors(self):
         """A row of the second table."""
@@ -80,7 +79,7 @@ class Site:
 def cost_rows(sites):
     """A row per program and size. Ratios are to the first size."""
     rows = []
-    for program in run.WINGS:
+    for program in (job.name for job in run.jobs_of_whole()):
         first = None
         for num_frames, costs, failure in sites:
             if program in failure:
@@ -101,7 +100,7 @@ def plot(path, sites):
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for program in run.WINGS:
+    for program in (job.name for job in run.jobs_of_whole()):
         done = [(num_frames, costs[program]) for num_frames, costs, _ in sites if program in costs]
         if not done:
             continue
@@ -121,7 +120,7 @@ def parse_arguments():
     parser.add_argument("--frames", type=int, nargs="+", default=[10_000, 20_000, 50_000, 100_000])
     parser.add_argument("--unit", type=int, nargs=2, metavar=("FIRST", "LAST"),
                         help="shards of a copy; without it those that lead farthest, at most a quarter of the smallest size")  # fmt: skip
-    parser.add_argument("--memory", type=float, metavar="GIB", help="limit of each program's address space")
+    parser.add_argument("--memory", type=float, metavar="GIB", default=4, help="limit of each program's address space; 0: none")
     parser.add_argument("--folder", type=Path, help="folder of the composed sites instead of one in the folder of temporary files")
     parser.add_argument("--plot", type=Path, help="picture of the growth, SVG or PNG")
     return parser.parse_args()

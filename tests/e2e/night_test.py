@@ -34,8 +34,8 @@ class NightTest(unittest.TestCase):
         cls.composer = Composer(source, source.choose_unit(2), 2000, programs)
         cls.truth = cls.composer.write(cls.site)
         link_data(cls.site / "data", FOLDER / "data", NUM_VISITS * cls.composer.num_copies)
-        for program in run.WINGS:
-            run.run(program, programs, cls.site, cls.source_dir, FOLDER / "data")
+        for job in run.jobs_of_whole():
+            run.run(job, programs, cls.site, cls.source_dir, FOLDER / "data")
 
     def odometry(self):
         return [read_table(path) for path in run.shards(self.site, "odometry")]

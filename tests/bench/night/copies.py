@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a copy of a shard's artifacts differs in: indices, looks (descriptors), noise, and points of the copy before."""
+"""Copies of a shard's artifacts, which differ in indices, looks (descriptors), noise, and points of the copy before."""
 
 import numpy as np
 

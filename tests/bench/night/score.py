@@ -77,7 +77,7 @@ def true_pairs(frames, b_from_a, truth):
 
 
 def loop_figures(loops, graph, truth, visit_frames):
-    """Of the loops that pose_graph accepted: their number, how many disagree with the truth, and the share of the second visit's
+    """Loops that pose_graph accepted: their number, how many disagree with the truth, and the share of the second visit's
     frames (each has its like in the first) that a true loop with the first visit closes."""
     frames, b_from_a = read_hdf5(loops, "frame", "b_from_a")
     (is_accepted,) = read_hdf5(graph, "is_loop_accepted")
@@ -103,7 +103,7 @@ def shown(true, copy):
 
 
 def query_figures(queries, query_truth, trajectory, truth, first_copy):
-    """Of the queries whose view the first copy shows: their number, how many were located, the median error (m) of these against
+    """Queries whose view the first copy shows: their number, how many were located, the median error (m) of these against
     the map around them, and how many are in a wrong place. first_copy: which of the true poses are of that copy. (A query of
     another place may show a room that is furnished like one of the copy, where it is no error of the map.)"""
     _, _, located = read_located(queries)

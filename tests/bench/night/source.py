@@ -57,7 +57,7 @@ def matrices(trajectory):
 
 
 def heading_rad(world_from_camera):
-    """Of the optical axis, in the plane."""
+    """Direction of the optical axis, in the plane."""
     return np.arctan2(world_from_camera[..., 1, 2], world_from_camera[..., 0, 2])
 
 
