@@ -3,8 +3,9 @@
 """bench_night: time, memory and error of the programs that map a site as a whole, against its number of frames.
 
 Composes sites of 10,000 to 430,000 frames out of the artifacts of a mapped one (night/compose.py): copies side by side, along which
-the way leads twice. Runs the programs from the vocabulary to the queries on them, one after the other, with their default configs. Queries are those of the mapped site, in the first copy. A site takes 45 kB of disk per frame, its landmarks
-twice as much; it is deleted when it is measured.
+the way leads twice. Runs the programs from the vocabulary to the queries on them, one after the other, with their default configs.
+Queries are those of the mapped site, in the first copy. A site takes 45 kB of disk per frame, its landmarks as much again; it is
+deleted when it is measured.
 Prints two Markdown tables, of cost and of errors; with --page they go between `<!-- bench_night:begin -->` and
 `<!-- bench_night:end -->`. A program that fails, such as for want of memory, is a row that says so.
 Exit codes: 0 done; 1 no site could be composed; 2 wrong command line.
@@ -24,8 +25,8 @@ from night.compose import NUM_VISITS, Composer, link_data
 from night.source import Source
 
 TITLES = ["program", "frames", "wall (s)", "CPU (s)", "memory (MiB)", "files (MB)", "CPU per frame, ratio", "memory per frame, ratio"]
-ERRORS = ["frames", "copies", "without pose", "ATE (m)", "RPE over 10 m (cm)", "RPE over 10 m (deg)", "of odometry alone (cm)", "loops", "false loops",
-          "revisits closed (%)", "queries located", "their error (cm)", "in a wrong place"]  # fmt: skip
+ERRORS = ["frames", "copies", "without pose", "ATE (m)", "RPE over 10 m (cm)", "RPE over 10 m (deg)", "of odometry alone (cm)", "loops",
+          "false loops", "revisits closed (%)", "queries located", "their error (cm)", "in a wrong place"]  # fmt: skip
 
 
 def size_mb(folder):
@@ -50,7 +51,8 @@ class Site:
             try:
                 result = run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
             except DataError as error:
-                self.failure = {job.name: str(error).strip().splitlines()[-2][:200]}
+                said = [line for line in str(error).splitlines() if line][1:-1]  # between the command and "the run failed"
+                self.failure = {job.name: said[-1][:200] if said else "it was killed"}
                 return
             self.costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
                                    size_mb(self.folder / job.name))  # fmt: skip
@@ -64,8 +66,8 @@ class Site:
         way = score.trajectory_figures(folder / "map_frame/trajectory.tum", self.truth, composer.visit_frames)
         loops = score.loop_figures(folder / "loops/loops.h5", folder / "pose_graph/graph.h5", self.truth, composer.visit_frames)
         odometry_m, _ = score.odometry_errors(run.first_visit(folder), self.truth)
-        return cells + [str(way["num_without"]), f"{way['ate_m']:.3f}", f"{100 * way['rpe_m']:.2f}", f"{way['rpe_deg']:.3f}", f"{100 * odometry_m:.2f}",
-                        f"{loops['num_accepted']:,}", str(loops["num_false"]), f"{loops['closed_percent']:.1f}",
+        return cells + [str(way["num_without"]), f"{way['ate_m']:.3f}", f"{100 * way['rpe_m']:.2f}", f"{way['rpe_deg']:.3f}",
+                        f"{100 * odometry_m:.2f}", f"{loops['num_accepted']:,}", str(loops["num_false"]), f"{loops['closed_percent']:.1f}",
                         *self.query_errors()]  # fmt: skip
 
     def query_errors(self):

@@ -81,6 +81,8 @@ class Source:
         self.first_frames = np.cumsum([0, *map(len, self.rows)])
         times_ns = np.array([int(row[1]) for rows in self.rows for row in rows])
         known, truth = interpolated(read_truth(folder / "frames/ground_truth.tum"), times_ns, MAX_GAP_NS)
+        if len({row[3] for rows in self.rows for row in rows}) > 1:
+            raise DataError(f"{folder}: several recordings, whose parts no motion joins; take a site of one")
         if len(known) < len(times_ns):
             raise DataError(f"{folder}/frames/ground_truth.tum: {len(times_ns) - len(known)} frames have no true pose; "
                             "take a site that has one for each")  # fmt: skip
