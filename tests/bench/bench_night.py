@@ -11,7 +11,7 @@ Prints two Markdown tables, of cost and of errors; with --page they go between `
 Exit codes: 0 done; 1 no site could be composed; 2 wrong command line.
 """
 
-import shutil
+import itertools
 import tempfile
 from pathlib import Path
 
@@ -33,6 +33,13 @@ def size_mb(folder):
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
 
 
+def reason_of(error):
+    """The last line that a program said (between its command and "the run failed"), up to the first path."""
+    said = [line for line in error.splitlines() if line][1:-1]
+    words = said[-1].partition(" error ")[2].split() if said else ["killed"]
+    return " ".join(itertools.takewhile(lambda word: "/" not in word, words))
+
+
 class Site:
     """A composed site and what its programs cost."""
 
@@ -51,8 +58,7 @@ class Site:
             try:
                 result = run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
             except DataError as error:
-                said = [line for line in str(error).splitlines() if line][1:-1]  # between the command and "the run failed"
-                self.failure = {job.name: said[-1][:200] if said else "it was killed"}
+                self.failure = {job.name: reason_of(str(error))}
                 return
             self.costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
                                    size_mb(self.folder / job.name))  # fmt: skip

@@ -37,10 +37,10 @@ class TablesTest(FolderTest):
 
         def fails(job, programs, *_):
             asked.append((job.name, programs.launcher))
-            raise DataError("build/run/vocabulary --in a\nerr vocabulary: too little memory\nthe run failed, see above")
+            raise DataError("build/run/vocabulary --in a\n09:00:00 error vocabulary: out of memory with features=/a/b, /a/c\nthe run failed, see above")
 
         with mock.patch.object(bench_night.run, "run", fails):
             site.map()
         self.assertEqual(asked, [("vocabulary", ("prlimit", f"--as={4 << 30}"))])
-        self.assertEqual(site.failure, {"vocabulary": "err vocabulary: too little memory"})
+        self.assertEqual(site.failure, {"vocabulary": "vocabulary: out of memory with"})
         self.assertEqual(site.errors(), ["1,000", "2", *["n/a"] * (len(bench_night.ERRORS) - 2)])
