@@ -9,6 +9,7 @@ import numpy as np
 from folder_case import FolderTest  # first: it makes scripts and benchmarks importable
 
 from nightmap_eval.trajectory import Trajectory
+from nightmap_site.script_errors import DataError
 from night import copies, score
 from night.compose import Composer, write_tum
 from night.source import Source, Table, matrices, read_table
@@ -171,3 +172,18 @@ class ComposerTest(FolderTest):
         b_from_a = np.linalg.inv(poses[frames[0, 1]]) @ poses[frames[0, 0]]
         measured = np.tile([*b_from_a[:3, 3], 0, 0, 0, 1], (2, 1))
         self.assertEqual(score.true_pairs(frames, measured, self.composed).tolist(), [True, False])
+
+    def test_the_unit_leads_farthest_within_the_shards_that_it_may_have(self):
+        self.assertEqual(self.source.choose_unit(3), (0, 2))
+        first, last = self.source.choose_unit(2)  # on this way all of two shards are alike
+        self.assertEqual(last - first, 1)
+
+    def test_a_unit_whose_copies_no_measured_motion_joins_is_refused(self):
+        class Bridging(StubPrograms):
+            def run(self, program, inputs, outputs, folder, **_):
+                super().run(program, inputs, outputs, folder)
+                path = folder / next(iter(outputs.values()))
+                read_table(path).with_arrays(edge_is_bridge=[1]).write(path)
+
+        with self.assertRaisesRegex(DataError, "no measured motion leads from shard 0002 to shard 0001"):
+            Composer(self.source, (1, 2), 40, Bridging()).write(self.folder / "other")
