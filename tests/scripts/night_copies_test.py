@@ -68,7 +68,8 @@ class CopiesTest(FolderTest):
 
         after, ahead = shard_features(4, np.random.default_rng(3)), np.eye(4)
         ahead[2, 3] = -0.5  # the next camera is half a metre ahead
-        both, added = copies.joined(after, self.features, ahead, Camera, np.random.default_rng(4))
+        both, is_joined = copies.joined(after, self.features, {0: ahead}, Camera, np.random.default_rng(4))
+        added = np.count_nonzero(is_joined)
         self.assertGreater(added, NUM_FEATURES // 3)
         rows, pixels, depths_m = copies.seen_from(self.features, 3, ahead, Camera, np.random.default_rng(4))
         centred = (self.features["keypoint_px"][rows] - Camera.centre_px) * (1 + 0.5 / depths_m[:, None])
@@ -78,11 +79,17 @@ class CopiesTest(FolderTest):
         np.testing.assert_array_equal(both["keypoint_px"][NUM_FEATURES + added :], after["keypoint_px"][NUM_FEATURES:])
         np.testing.assert_array_equal(np.diff(both["first_feature"][:, 0]), [NUM_FEATURES + added, *[NUM_FEATURES] * 3])
         order, order_before = copies.permutation(0, 2), copies.permutation(0, 1)
-        looks = copies.repainted(both, order, added, order_before)["descriptor"]
+        looks = copies.repainted(both, order, is_joined, order_before)["descriptor"]
         np.testing.assert_array_equal(looks[own], after["descriptor"][own][:, order])
         seen = self.features["descriptor"][NUM_FEATURES:][rows - 3 * NUM_FEATURES][:, order_before]
         np.testing.assert_array_equal(looks[NUM_FEATURES : NUM_FEATURES + added], seen)
         np.testing.assert_array_equal(looks[NUM_FEATURES + added :], after["descriptor"][NUM_FEATURES:][:, order])
+        both, is_joined = copies.joined(after, self.features, {0: ahead, 3: ahead}, Camera, np.random.default_rng(4))
+        counts = np.diff(both["first_feature"][:, 0]) - NUM_FEATURES
+        self.assertEqual((counts[0] + counts[3], *counts[1:3]), (np.count_nonzero(is_joined), 0, 0))
+        for frame in (0, 3):
+            own = copies.rows_of(both, frame).start + np.arange(NUM_FEATURES)
+            np.testing.assert_array_equal(both["keypoint_px"][own], after["keypoint_px"][copies.rows_of(after, frame)])
 
     def test_shifted_indices(self):
         features = copies.shifted_features(self.features, 10)

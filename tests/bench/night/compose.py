@@ -2,8 +2,8 @@
 """Composes a site of any number of frames out of a real one: a row of copies of some of its shards, along which the way leads twice.
 
 Each copy looks different, as the bytes of its descriptors have an order of their own; within a copy nothing changes. A real motion
-of the source leads from the last frame of a copy to the first of the next, which sees the points of the former behind its own
-features. The second visit is a recording of its own with fresh noise. Shards are made one at a time.
+of the source leads from the last frame of a copy to the first of the next, which, like some after it, sees the points of the former
+behind its own features. The second visit is a recording of its own with fresh noise. Shards are made one at a time.
 """
 
 import csv
@@ -20,6 +20,7 @@ from night import copies
 from night.source import MAX_TURN_RAD, Source, heading_rad, read_table, turned
 
 NUM_VISITS = 2
+NUM_JOINED = 4  # described frames of a copy that see the last one of the copy before: adjust may drop some
 JOBS = ("features", "matches", "odometry")
 SIGNALS = ("acceleration.h5",)  # of the source's frames, which map_frame asks for
 
@@ -50,7 +51,9 @@ class Row:
         self.this_from_next = np.eye(4)  # a copy turns only as much as the camera cannot at one step
         self.this_from_next[:3, :3] = turned(0 if abs(turn_rad) < MAX_TURN_RAD else turn_rad)
         self.this_from_next[:2, 3] = (ahead[:3, 3] - self.this_from_next[:3, :3] @ start[:3, 3])[:2]
-        self.first_from_last = np.linalg.inv(self.this_from_next @ start) @ stop
+        shard = source.table("features", first)
+        joined = np.flatnonzero(copies.is_described(shard))[:NUM_JOINED]
+        self.cameras_from_last = {frame: np.linalg.inv(self.this_from_next @ source.poses[begin + frame]) @ stop for frame in joined}
 
     def world_from_copy(self, copy):
         return np.linalg.matrix_power(self.this_from_next, copy)
@@ -149,13 +152,13 @@ class Composer:
 
     def _features(self, place):
         features = copies.shifted_features(self.source.table("features", place.shard), self._shift(place))
-        order, num_joined, order_before = copies.permutation(self.seed, place.copy), 0, None
+        order, is_joined, order_before = copies.permutation(self.seed, place.copy), None, None
         if place.shard == self.first and place.copy > 0:
             before = self.source.table("features", self.last)
             rng = np.random.default_rng(self.seed)  # the same points in each copy
-            features, num_joined = copies.joined(features, before, self.row.first_from_last, self.source, rng)
+            features, is_joined = copies.joined(features, before, self.row.cameras_from_last, self.source, rng)
             order_before = copies.permutation(self.seed, place.copy - 1)
-        features = copies.repainted(features, order, num_joined, order_before)
+        features = copies.repainted(features, order, is_joined, order_before)
         if place.visit == 0:
             return features
         return copies.noised(features, np.random.default_rng([self.seed, place.number]))

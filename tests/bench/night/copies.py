@@ -45,13 +45,11 @@ def shifted_odometry(odometry, shift):
                                 observation=odometry["observation"] + np.array([0, shift, 0]))  # fmt: skip
 
 
-def repainted(features, order, num_joined=0, joined_order=None):
-    """The features with their descriptors' bytes in another order; the last `num_joined` of the first frame have an order of
-    their own."""
+def repainted(features, order, joined=None, joined_order=None):
+    """The features with their descriptors' bytes in another order; those that the flags `joined` name have an order of their own."""
     descriptors = features["descriptor"][:, order]
-    if num_joined:
-        rows = slice(descriptor_rows(features, 0).stop - num_joined, descriptor_rows(features, 0).stop)
-        descriptors[rows] = features["descriptor"][rows][:, joined_order]
+    if joined is not None:
+        descriptors[joined] = features["descriptor"][joined][:, joined_order]
     return features.with_arrays(descriptor=descriptors)
 
 
@@ -81,20 +79,21 @@ def seen_from(features, frame, next_from_camera, source, rng):
     return rows[ahead[inside]], pixels[inside], points_m[inside, 2]
 
 
-def joined(features, before, next_from_before, source, rng):
-    """Features of a shard whose first frame also sees, behind its own features, the points of the last frame of `before`;
-    and their number."""
-    last = len(before["frame_idx"]) - 1
-    rows, pixels, depths_m = seen_from(before, last, next_from_before, source, rng)
-    depths_m = depths_m * (1 + rng.normal(0, NOISE_DEPTH_RATIO, len(rows)))
-    scales_px = before["scale_px"][rows, 0] * before["depth_m"][rows, 0] / depths_m
-    descriptors = before["descriptor"][descriptor_rows(before, last)][rows - rows_of(before, last).start]
-    at = rows_of(features, 0).stop
-    added = {"keypoint_px": pixels, "raw_keypoint_px": pixels, "scale_px": scales_px[:, None], "depth_m": depths_m[:, None]}
-    arrays = {name: np.insert(features[name], at, values, axis=0) for name, values in added.items()}
-    first_feature = features["first_feature"].copy()
-    first_feature[1:] += len(rows)
-    return features.with_arrays(
-        **arrays, first_feature=first_feature,
-        descriptor=np.insert(features["descriptor"], descriptor_rows(features, 0).stop, descriptors, axis=0),
-    ), len(rows)  # fmt: skip
+def joined(features, before, cameras_from_last, source, rng):
+    """Features of a shard whose described frames at these places also see, behind their own features, the points of the last frame
+    of `before`; and a flag per descriptor: whether it is such a one. cameras_from_last: place in the shard -> pose of that frame."""
+    last, is_joined = len(before["frame_idx"]) - 1, np.zeros(len(features["descriptor"]), bool)
+    looks = before["descriptor"][descriptor_rows(before, last)]
+    for frame in sorted(cameras_from_last, reverse=True):
+        rows, pixels, depths_m = seen_from(before, last, cameras_from_last[frame], source, rng)
+        depths_m = depths_m * (1 + rng.normal(0, NOISE_DEPTH_RATIO, len(rows)))
+        scales_px = before["scale_px"][rows, 0] * before["depth_m"][rows, 0] / depths_m
+        added = {"keypoint_px": pixels, "raw_keypoint_px": pixels, "scale_px": scales_px[:, None], "depth_m": depths_m[:, None]}
+        at, described_at = rows_of(features, frame).stop, descriptor_rows(features, frame).stop
+        arrays = {name: np.insert(features[name], at, values, axis=0) for name, values in added.items()}
+        first_feature = features["first_feature"].copy()
+        first_feature[frame + 1 :] += len(rows)
+        is_joined = np.insert(is_joined, [described_at] * len(rows), True)
+        descriptors = np.insert(features["descriptor"], described_at, looks[rows - rows_of(before, last).start], axis=0)
+        features = features.with_arrays(**arrays, first_feature=first_feature, descriptor=descriptors)
+    return features, is_joined
