@@ -52,7 +52,7 @@ endforeach()
 set(alone costs_test preflight_test shards_test)
 # Those of a list share sites: those of tests/e2e/rendered_sites.py; the demo building.
 set(rendered_sites relocalization_test slam_test)
-set(demo demo_test slurm_test two_sensors_test)
+set(demo demo_test night_test slurm_test two_sensors_test)
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)
 foreach(script ${scripts})

@@ -23,20 +23,30 @@ def changed_config(text, options):
     return "".join(f"{line}\n" for line in [*lines, *(f"{key} = {value}" for key, value in options.items())])
 
 
-class Programs:
-    """The programs of a build."""
+def path_of(path, list_path):
+    """The path itself, or that of the list that it is written to."""
+    if not isinstance(path, list):
+        return path
+    list_path.write_text("".join(f"{item}\n" for item in path))
+    return list_path
 
-    def __init__(self, build, threads):
-        self.folder, self.threads = build / "run", threads
+
+class Programs:
+    """The programs of a build. `launcher`: words of a command that starts each."""
+
+    def __init__(self, build, threads, launcher=()):
+        self.folder, self.threads, self.launcher = build / "run", threads, launcher
 
     def run(self, program, inputs, outputs, folder, config=None, **options):
-        """Returns the run's StageResult. `outputs`: port -> name of a file in `folder`, which is made. `config`: file
-        whose values `options` replace; without it the program's own hold. Raises DataError when the program fails."""
+        """Returns the run's StageResult. `inputs`: port -> path, or a list of paths. `outputs`: port -> name of a file in
+        `folder`, which is made. `config`: file whose values `options` replace; without it the program's own hold. Raises
+        DataError when the program fails."""
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "config.toml").write_text(changed_config(read_text(config) if config else "", options))
-        command = [self.folder / program, "--config", folder / "config.toml", "--threads", self.threads, "--log-level", "err"]
+        command = [*self.launcher, self.folder / program, "--config", folder / "config.toml", "--threads", self.threads,
+                   "--log-level", "err"]  # fmt: skip
         for port, path in inputs.items():
-            command += ["--in", f"{port}={path}"]
+            command += ["--in-list" if isinstance(path, list) else "--in", f"{port}={path_of(path, folder / f'{port}.txt')}"]
         for port, name in (outputs | {kind: f"{kind}.json" for kind in ("report", "receipt")}).items():
             command += ["--out", f"{port}={folder / name}"]
         output_of(command)
