@@ -17,7 +17,7 @@ LONG = dict(absolute_pose=301, active_search_test=260, bundle_adjustment=325, bu
             published_test=317, read_sequence_test=605, read_signals_test=655, render=270, robot_test=427,
             scan_loops_test=257, scan_match_test=289, schur_system=353, search_pose_test=286, shell=268,
             site_config=256, site_config_test=458, stage_main_test=561, synthesize_test=341, thin_walls_test=395,
-            thing_ends_test=316, vocabulary_tree_test=252, world_test=283)  # fmt: skip
+            thing_ends_test=316, world_test=283)  # fmt: skip
 CMAKE = """nightmap_library(base LINK fmt::fmt)
 nightmap_library(io LINK nightmap_base)
 """
