@@ -14,10 +14,6 @@
 namespace nightmap {
 namespace {
 
-std::size_t SensorOf(std::size_t pose, const BundleProblem& data) {
-  return data.sensor_idx.empty() ? 0 : static_cast<std::size_t>(data.sensor_idx[pose]);
-}
-
 PointMotion MotionOf(std::size_t pose, const BundleProblem& data) {
   return data.motions.empty() ? PointMotion{} : data.motions[pose];
 }
@@ -36,7 +32,7 @@ Reprojection Reproject(const BundleProblem& data, const BundleObservation& obser
           data.camera_from_world[pose] * data.points_in_world[point],
           RowFraction(camera, observation.pixel),
           MotionOf(pose, data),
-          data.calibrations[SensorOf(pose, data)]};
+          data.calibrations[data.SensorOf(observation)]};
 }
 
 // Nothing for a point that the camera cannot see.
@@ -77,12 +73,14 @@ class Adjuster {
       : options_(options),
         data_(*data),
         has_calibrations_(options.calibrate || options.depth != DepthCalibration::kHeld),
-        system_(*data, has_calibrations_, options.num_threads),
-        linear_(data->observations.size()),
+        system_(
+            *data,
+            has_calibrations_,
+            options.num_threads,
+            [this](std::size_t observation) { return Linear(data_.observations[observation]); }),
         costs_(data->observations.size()) {}
 
   BundleSummary Run() {
-    Linearize();
     BundleSummary summary;
     summary.initial_cost = summary.final_cost = Cost();
     summary.end = BundleEnd::kMaxIterations;
@@ -110,7 +108,6 @@ class Adjuster {
       trust_ /= std::max(1.0 / 3, 1 - std::pow(2 * of_predicted - 1, 3));
       trust_ = std::min(trust_, kMaxTrust);
       distrust_ = 2;
-      Linearize();
     }
     if (num_refused > 0) summary.end = EndAfterRefusals(promised, summary);
     return summary;
@@ -118,8 +115,7 @@ class Adjuster {
 
   // At the current estimate.
   double DepthSigma(std::size_t sensor) {
-    Linearize();
-    return system_.CalibrationSigma(linear_, Priors(), static_cast<Eigen::Index>(3 * sensor + 2));
+    return system_.CalibrationSigma(Priors(), static_cast<Eigen::Index>(3 * sensor + 2));
   }
 
  private:
@@ -154,7 +150,7 @@ class Adjuster {
 
   // Refuses a step that does not lower the cost as it should.
   Trial TryStep(double cost) {
-    const auto step = system_.Solve(linear_, Priors(), trust_);
+    const auto step = system_.Solve(Priors(), trust_);
     if (!step) return {};
     const auto poses = data_.camera_from_world;
     const auto points = data_.points_in_world;
@@ -164,7 +160,10 @@ class Adjuster {
     trial.decrease = cost - Cost();
     if (std::isfinite(step->predicted_decrease)) trial.predicted = step->predicted_decrease;
     trial.is_accepted = trial.decrease / step->predicted_decrease > kMinOfPredicted;
-    if (trial.is_accepted) return trial;
+    if (trial.is_accepted) {
+      system_.EstimateMoved();
+      return trial;
+    }
     data_.camera_from_world = poses;
     data_.points_in_world = points;
     data_.calibrations = calibrations;
@@ -202,19 +201,15 @@ class Adjuster {
     return 0.5 * sum;
   }
 
-  void Linearize() {
-    ParallelFor(linear_.size(), options_.num_threads, [&](std::size_t i) {
-      const BundleObservation& observation = data_.observations[i];
-      linear_[i] = Linearized(data_, observation, options_.depth);
-      auto& [jacobian, residual] = linear_[i];
-      const double weight = std::sqrt(LossDerivative(residual.squaredNorm()));
-      residual *= weight;
-      jacobian.by_pose *= weight;
-      jacobian.by_point *= weight;
-      jacobian.by_calibration *=
-          weight *
-          Free(SensorOf(static_cast<std::size_t>(observation.pose_idx), data_)).asDiagonal();
-    });
+  LinearObservation Linear(const BundleObservation& observation) const {
+    LinearObservation linear = Linearized(data_, observation, options_.depth);
+    auto& [jacobian, residual] = linear;
+    const double weight = std::sqrt(LossDerivative(residual.squaredNorm()));
+    residual *= weight;
+    jacobian.by_pose *= weight;
+    jacobian.by_point *= weight;
+    jacobian.by_calibration *= weight * Free(data_.SensorOf(observation)).asDiagonal();
+    return linear;
   }
 
   double Loss(double squared) const {
@@ -266,7 +261,6 @@ class Adjuster {
   BundleProblem& data_;
   bool has_calibrations_;
   SchurSystem system_;
-  std::vector<LinearObservation> linear_;
   std::vector<double> costs_;  // by observation
   double trust_ = 1e4;
   double distrust_ = 2;

@@ -33,6 +33,11 @@ struct BundleProblem {
   // Sensor of each pose; empty: all have the first.
   std::vector<int> sensor_idx;
   std::vector<CameraCalibration> calibrations = {{}};  // one per sensor
+
+  std::size_t SensorOf(const BundleObservation& observation) const {
+    if (sensor_idx.empty()) return 0;
+    return static_cast<std::size_t>(sensor_idx[static_cast<std::size_t>(observation.pose_idx)]);
+  }
 };
 
 enum class RobustLoss { kHuber, kCauchy };  // Cauchy's loss nearly ignores outliers

@@ -2,7 +2,8 @@
 // Damped normal equations of bundle adjustment with the points eliminated, solved by sparse
 // Cholesky factorization (Triggs et al., 2000, section 6; the damping of Marquardt, 1963). One
 // thread sums each pose's rows in the order of the observations, so the result is the same at any
-// number of threads; Ceres's is not.
+// number of threads; Ceres's is not. Points are eliminated part by part, so that no more than one
+// part's observations are linearized in memory; parts depend on the problem alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,21 +13,11 @@
 #include <vector>
 
 #include "pipeline/geometry/bundle_adjustment.h"
+#include "pipeline/geometry/schur_part.h"
+#include "pipeline/geometry/schur_pattern.h"
 #include "pipeline/geometry/sparse_cholesky.h"
 
 namespace nightmap {
-
-struct ObservationJacobian {
-  Eigen::Matrix<double, 3, 6> by_pose;  // left perturbation of camera_from_world
-  Eigen::Matrix3d by_point;
-  Eigen::Matrix3d by_calibration;  // focal scale, readout, depth scale or offset
-};
-
-// An observation linearized at the current estimate, times the square root of its robust weight.
-struct LinearObservation {
-  ObservationJacobian jacobian;
-  Eigen::Vector3d residual;
-};
 
 // Prior of a calibration: 0.5 x^T H x + g^T x of its step x.
 struct LinearPrior {
@@ -41,102 +32,85 @@ struct BundleStep {
   double predicted_decrease = 0;              // decrease of half the sum of squares
 };
 
-// Indices by group; ascending in each group.
-class IndexGroups {
- public:
-  IndexGroups() = default;
-  IndexGroups(const std::vector<int>& group_of_index, std::size_t num_groups);
-  std::span<const int> Of(std::size_t group) const {
-    return {members_.data() + begins_[group], members_.data() + begins_[group + 1]};
-  }
-
- private:
-  std::vector<std::size_t> begins_;
-  std::vector<int> members_;
-};
-
 class SchurSystem {
  public:
-  // Takes the fixed structure: which pose sees which point. Keeps a reference. Throws DataError
-  // when the system is too large.
-  SchurSystem(const BundleProblem& problem, bool has_calibrations, int num_threads);
+  static constexpr std::size_t kMaxPart = 1 << 20;  // observations that are linearized at a time
+
+  // Takes the fixed structure: which pose sees which point. Keeps a reference. `linearize`: at the
+  // current estimate, the same until EstimateMoved. Throws DataError when the system is too large.
+  SchurSystem(const BundleProblem& problem,
+              bool has_calibrations,
+              int num_threads,
+              Linearize linearize,
+              std::size_t max_part = kMaxPart);
+
+  // To be called when poses, points or calibrations changed.
+  void EstimateMoved() { is_linear_ = false; }
 
   // The step that minimizes the linearized cost plus the damping, which is every variable's own
   // curvature over `trust`, times its step squared. Returns nothing when the system is not positive
   // definite; more damping may help. Throws DataError when its factor does not fit; no damping will
   // help. `priors` holds one per sensor and is ignored when calibrations are held fixed.
-  [[nodiscard]] std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
-                                                const std::vector<LinearPrior>& priors,
+  [[nodiscard]] std::optional<BundleStep> Solve(const std::vector<LinearPrior>& priors,
                                                 double trust);
 
   // Standard deviation of a calibration's parameter, three per sensor, while all else is free;
   // infinite when nothing determines it. The observations' residuals must be over their standard
   // deviations.
-  [[nodiscard]] double CalibrationSigma(const std::vector<LinearObservation>& observations,
-                                        const std::vector<LinearPrior>& priors,
+  [[nodiscard]] double CalibrationSigma(const std::vector<LinearPrior>& priors,
                                         Eigen::Index parameter);
 
  private:
-  using Matrix63d = Eigen::Matrix<double, 6, 3>;
-
-  // A point at the current estimate: its own block, and its coupling to calibrations.
-  struct PointBlock {
-    Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  // of the damped Hessian
-    Eigen::Vector3d damping = Eigen::Vector3d::Zero();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  };
   struct PoseBlock {
+    Matrix6d hessian = Matrix6d::Zero();
     Vector6d damping = Vector6d::Zero();
     Vector6d gradient = Vector6d::Zero();
+    Vector6d eliminated = Vector6d::Zero();  // of the gradient, with the points
   };
   struct CalibrationBlock {
+    Eigen::MatrixXd hessian;
     Eigen::VectorXd damping;
     Eigen::VectorXd gradient;
+    Eigen::MatrixXd eliminated_hessian;  // with the points
+    Eigen::VectorXd eliminated;          // of the gradient
   };
 
   std::size_t PoseOf(int observation) const;
   std::size_t PointOf(int observation) const;
   std::size_t SensorOf(int observation) const;
-  std::vector<std::vector<int>> FindNeighbours(int num_threads) const;
-  void OrderPoses(const std::vector<std::vector<int>>& neighbours);
-  std::size_t NumEntries() const;
-  void LayOut(const std::vector<std::vector<int>>& neighbours);
   Eigen::Index NumCalibrations() const { return has_calibrations_ ? 3 * num_sensors_ : 0; }
 
-  void EliminatePoint(const std::vector<LinearObservation>& observations,
-                      double trust,
-                      std::size_t point);
-  void SumPoseRow(const std::vector<LinearObservation>& observations,
-                  double trust,
-                  std::size_t pose);
+  // Makes it the part in memory.
+  void Load(const SchurRange& range, double trust);
+  std::vector<std::size_t> PosesOf(const SchurRange& range) const;
+  std::span<const int> ObservationsOf(std::size_t pose, const SchurRange& range) const;
+
   // Fills the reduced system.
-  void Eliminate(const std::vector<LinearObservation>& observations,
-                 const std::vector<LinearPrior>& priors,
-                 double trust);
-  void SumCalibrationRows(const std::vector<LinearObservation>& observations,
-                          const std::vector<LinearPrior>& priors,
-                          double trust);
+  void Eliminate(const std::vector<LinearPrior>& priors, double trust);
+  void Clear(const std::vector<LinearPrior>& priors);
+  void AddPoseRow(const SchurRange& range, std::size_t pose);
+  void AddCalibrationRows(const SchurRange& range);
+  void FinishPoses(double trust);
+  void FinishCalibrations(double trust);
+  Eigen::Map<Eigen::MatrixXd> ColumnsOf(std::size_t pose);
+  BundleStep StepOf(const Eigen::VectorXd& solution, double trust);
   Eigen::Vector3d PointStep(const BundleStep& step, std::size_t point) const;
-  double PredictedDecrease(const BundleStep& step) const;
 
   const BundleProblem& problem_;
   bool has_calibrations_;
   int num_threads_;
+  Linearize linearize_;
   Eigen::Index num_sensors_;
   IndexGroups of_point_;  // observations of each point
   IndexGroups of_pose_;
-  // Rank of a pose in the order of elimination; -1: fixed or without any point.
-  std::vector<int> rank_;
-  // By pose: the later-ranked poses with which it shares points.
-  std::vector<std::vector<int>> later_;
+  std::vector<SchurRange> ranges_;
+  SchurPattern pattern_;
+  SchurPart part_;
+  bool is_linear_ = false;  // the part in memory, at the estimate
+  std::size_t first_in_part_ = 0;
 
-  std::vector<PointBlock> points_;
-  std::vector<Eigen::Matrix3Xd> calibration_by_point_;  // transposed: 3 rows, NumCalibrations()
-  std::vector<Matrix63d> pose_by_point_;                // by observation
   std::vector<PoseBlock> poses_;
   CalibrationBlock calibrations_;
-  // Lower triangle of the reduced system: the poses by rank, then the calibrations.
-  Eigen::SparseMatrix<double> reduced_;
   Eigen::VectorXd right_side_;
   SparseCholesky cholesky_;
 };

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <limits>
+#include <utility>
 
 #include "pipeline/base/random.h"
 
@@ -47,6 +48,14 @@ Case RandomCase(std::uint64_t seed) {
   }
   made.priors.assign(2, {{3, 4, 5}, {0.1, -0.2, 0.3}});
   return made;
+}
+
+SchurSystem System(const Case& made,
+                   bool has_calibrations = true,
+                   int num_threads = 2,
+                   std::size_t max_part = SchurSystem::kMaxPart) {
+  const auto linearize = [&](std::size_t i) { return made.observations[i]; };
+  return {made.problem, has_calibrations, num_threads, linearize, max_part};
 }
 
 // The whole damped system at once: poses, points, calibrations.
@@ -102,24 +111,24 @@ TEST(SchurSystem, SigmasAreThoseOfTheWholeSystem) {
   dense.hessian.diagonal() += 1e-12 * dense.hessian.diagonal().cwiseMax(1e-6);
   const Eigen::Index first = dense.hessian.rows() - 6;
   const Eigen::MatrixXd covariance = dense.hessian.inverse();
-  SchurSystem system(made.problem, true, 2);
+  SchurSystem system = System(made);
   for (Eigen::Index k = 0; k < 6; ++k) {
-    EXPECT_NEAR(system.CalibrationSigma(made.observations, made.priors, k),
-                std::sqrt(covariance(first + k, first + k)),
-                1e-6);
+    EXPECT_NEAR(
+        system.CalibrationSigma(made.priors, k), std::sqrt(covariance(first + k, first + k)), 1e-6);
   }
 }
 
 TEST(SchurSystem, StepIsThatOfTheWholeSystem) {
   for (const bool has_calibrations : {false, true}) {
-    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
       const Case made = RandomCase(seed);
+      const std::size_t max_part = seed < 4 ? SchurSystem::kMaxPart : 10 * (seed - 3);
       const DenseSystem dense = Dense(made, has_calibrations);
       Eigen::MatrixXd damped = dense.hessian;
       damped.diagonal() += dense.damping;
       const Eigen::VectorXd expected = -damped.ldlt().solve(dense.gradient);
-      SchurSystem system(made.problem, has_calibrations, 2);
-      const auto step = system.Solve(made.observations, made.priors, kTrust);
+      SchurSystem system = System(made, has_calibrations, 2, max_part);
+      const auto step = system.Solve(made.priors, kTrust);
       ASSERT_TRUE(step);
       EXPECT_LT((Flat(*step) - expected).norm(), 1e-9 * expected.norm()) << seed;
       const double decrease =
@@ -130,34 +139,62 @@ TEST(SchurSystem, StepIsThatOfTheWholeSystem) {
 }
 
 TEST(SchurSystem, SolvesAgainWithOtherNumbers) {
-  const Case first = RandomCase(1);
-  SchurSystem system(first.problem, true, 2);
-  const auto before = system.Solve(first.observations, first.priors, kTrust);
-  auto doubled = first.observations;
-  for (LinearObservation& o : doubled) o.residual *= 2;
-  auto priors = first.priors;
-  for (LinearPrior& prior : priors) prior.gradient *= 2;
-  const auto after = system.Solve(doubled, priors, kTrust);
-  ASSERT_TRUE(before && after);
-  EXPECT_LT((Flat(*after) - 2 * Flat(*before)).norm(), 1e-9 * Flat(*after).norm());
+  for (const std::size_t max_part : {SchurSystem::kMaxPart, std::size_t{20}}) {
+    Case made = RandomCase(1);
+    SchurSystem system = System(made, true, 2, max_part);
+    const auto before = system.Solve(made.priors, kTrust);
+    for (LinearObservation& o : made.observations) o.residual *= 2;
+    for (LinearPrior& prior : made.priors) prior.gradient *= 2;
+    system.EstimateMoved();
+    const auto after = system.Solve(made.priors, kTrust);
+    ASSERT_TRUE(before && after);
+    EXPECT_LT((Flat(*after) - 2 * Flat(*before)).norm(), 1e-9 * Flat(*after).norm());
+  }
 }
 
 TEST(SchurSystem, SameBytesAtAnyNumberOfThreads) {
   const Case made = RandomCase(7);
-  SchurSystem one(made.problem, true, 1);
-  SchurSystem four(made.problem, true, 4);
-  const auto by_one = one.Solve(made.observations, made.priors, kTrust);
-  const auto by_four = four.Solve(made.observations, made.priors, kTrust);
-  ASSERT_TRUE(by_one && by_four);
-  EXPECT_EQ(Flat(*by_one), Flat(*by_four));
-  EXPECT_EQ(by_one->predicted_decrease, by_four->predicted_decrease);
+  for (const std::size_t max_part : {SchurSystem::kMaxPart, std::size_t{20}}) {
+    const auto by_one = System(made, true, 1, max_part).Solve(made.priors, kTrust);
+    const auto by_four = System(made, true, 4, max_part).Solve(made.priors, kTrust);
+    ASSERT_TRUE(by_one && by_four);
+    EXPECT_EQ(Flat(*by_one), Flat(*by_four));
+    EXPECT_EQ(by_one->predicted_decrease, by_four->predicted_decrease);
+  }
+}
+
+// Each point is of one range, with all its observations.
+TEST(SchurSystem, RangesCoverAllOnce) {
+  BundleProblem problem = RandomCase(2).problem;
+  problem.points_in_world.resize(kNumPoints + 3);  // nothing sees the last ones
+  for (const std::size_t max_observations : {1, 7, 50, 1000}) {
+    const auto ranges = CutIntoRanges(problem, max_observations);
+    EXPECT_EQ(ranges.front().begin, 0U);
+    EXPECT_EQ(ranges.front().first_point, 0U);
+    EXPECT_EQ(ranges.back().end, problem.observations.size());
+    EXPECT_EQ(ranges.back().end_point, problem.points_in_world.size());
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      if (i > 0) {
+        EXPECT_EQ(ranges[i].begin, ranges[i - 1].end);
+        EXPECT_EQ(ranges[i].first_point, ranges[i - 1].end_point);
+      }
+      EXPECT_LE(ranges[i].end - ranges[i].begin, max_observations + 2);
+      for (std::size_t o = ranges[i].begin; o < ranges[i].end; ++o) {
+        const auto point = static_cast<std::size_t>(problem.observations[o].point_idx);
+        EXPECT_GE(point, ranges[i].first_point);
+        EXPECT_LT(point, ranges[i].end_point);
+      }
+    }
+  }
+  std::swap(problem.observations.front(), problem.observations.back());
+  EXPECT_EQ(CutIntoRanges(problem, 10).size(), 1U);
 }
 
 TEST(SchurSystem, OnlyPointsWhenEveryPoseIsFixed) {
   Case made = RandomCase(3);
   made.problem.is_fixed.assign(kNumPoses, true);
-  SchurSystem system(made.problem, false, 1);
-  const auto step = system.Solve(made.observations, made.priors, kTrust);
+  SchurSystem system = System(made, false, 1);
+  const auto step = system.Solve(made.priors, kTrust);
   ASSERT_TRUE(step);
   for (const Vector6d& pose : step->poses) EXPECT_EQ(pose, Vector6d::Zero());
   EXPECT_GT(step->points[0].norm(), 0);
@@ -167,8 +204,8 @@ TEST(SchurSystem, OnlyPointsWhenEveryPoseIsFixed) {
 TEST(SchurSystem, NothingWhenANumberIsNone) {
   Case made = RandomCase(4);
   made.observations[5].residual[0] = std::numeric_limits<double>::quiet_NaN();
-  SchurSystem system(made.problem, true, 1);
-  EXPECT_FALSE(system.Solve(made.observations, made.priors, kTrust));
+  SchurSystem system = System(made, true, 1);
+  EXPECT_FALSE(system.Solve(made.priors, kTrust));
 }
 
 }  // namespace nightmap::schur_system_test
