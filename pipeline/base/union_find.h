@@ -11,8 +11,15 @@ namespace nightmap {
 
 class UnionFind {
  public:
-  explicit UnionFind(std::size_t size) : parent_(size) {
+  explicit UnionFind(std::size_t size = 0) : parent_(size) {
     std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  std::size_t Size() const { return parent_.size(); }
+  // One more element, a set of its own; returns it.
+  std::size_t Add() {
+    parent_.push_back(parent_.size());
+    return parent_.size() - 1;
   }
 
   std::size_t Find(std::size_t i) {

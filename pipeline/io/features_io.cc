@@ -2,6 +2,7 @@
 #include "pipeline/io/features_io.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr char kFeaturesFormat[] = "nightmap features";
 constexpr int kFeaturesVersion = 2;
+constexpr char kFirstFeature[] = "first_feature";
 
 constexpr auto kKeypoints = Hdf5Table<Eigen::Vector2f>(Hdf5Column("keypoint_px", kItself));
 constexpr auto kRawKeypoints = Hdf5Table<Eigen::Vector2f>(Hdf5Column("raw_keypoint_px", kItself));
@@ -89,7 +91,7 @@ void WriteFeatures(const std::filesystem::path& path,
   file.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(shard.kind)});
   file.WriteList("frame_idx", frame_idx);
   file.WriteList("reference_frame_idx", reference_frame_idx);
-  file.WriteList("first_feature", first_feature);
+  file.WriteList(kFirstFeature, first_feature);
   const auto of_all = [&](auto list) { return Flattened(shard.frames, list); };
   kKeypoints.Write(of_all(&FrameFeatures::keypoints_px), &file);
   kRawKeypoints.Write(of_all(&FrameFeatures::raw_keypoints_px), &file);
@@ -102,8 +104,15 @@ void WriteFeatures(const std::filesystem::path& path,
   file.Close();
 }
 
-FeaturesShard ReadFeatureHeads(const std::filesystem::path& path) {
-  return ReadHeads(Hdf5Reader(path, kFeaturesFormat, kFeaturesVersion));
+FeatureHeads ReadFeatureHeads(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kFeaturesFormat, kFeaturesVersion);
+  FeatureHeads heads{ReadHeads(file), {}};
+  const auto first = file.ReadOffsets<std::int32_t>(
+      kFirstFeature, heads.shard.frames.size(), std::nullopt);
+  for (std::size_t i = 1; i < first.size(); ++i) {
+    heads.num_features.push_back(static_cast<int>(first[i] - first[i - 1]));
+  }
+  return heads;
 }
 
 FeaturesShard ReadFeatures(const std::filesystem::path& path) {
@@ -116,7 +125,7 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const auto depths = kDepths.Read(file);
   const auto reference_features = kReferences.Read(file);
   const auto first =
-      file.ReadOffsets<std::int32_t>("first_feature", shard.frames.size(), keypoints.size());
+      file.ReadOffsets<std::int32_t>(kFirstFeature, shard.frames.size(), keypoints.size());
   const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
   file.Demand(raw_keypoints.size() == keypoints.size(), "raw_keypoint_px");
   file.Demand(scales.size() == keypoints.size(), "scale_px");

@@ -97,8 +97,13 @@ void WriteFeatures(const std::filesystem::path& path,
                    const FeaturesShard& shard,
                    const std::string& config);
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
-// The same without features: frames have their indices only.
-FeaturesShard ReadFeatureHeads(const std::filesystem::path& path);
+
+// A shard without features: its frames have their indices only.
+struct FeatureHeads {
+  FeaturesShard shard;
+  std::vector<int> num_features;  // by frame
+};
+FeatureHeads ReadFeatureHeads(const std::filesystem::path& path);
 
 // Whether there are frames, their indices are contiguous, and each has its features at the same
 // position.

@@ -27,12 +27,13 @@ bool Follows(const FeaturesShard& shard, const FeaturesShard& before) {
          shard.frames.front().frame_idx == before.frames.back().frame_idx + 1;
 }
 
-FeaturesShard HeadsOf(const FeaturesShard& shard) {
-  FeaturesShard heads{shard.kind, shard.descriptor_size, shard.extraction, {}};
+FeatureHeads HeadsOf(const FeaturesShard& shard) {
+  FeatureHeads heads{{shard.kind, shard.descriptor_size, shard.extraction, {}}, {}};
   for (const FrameFeatures& frame : shard.frames) {
-    FrameFeatures& head = heads.frames.emplace_back();
+    FrameFeatures& head = heads.shard.frames.emplace_back();
     head.frame_idx = frame.frame_idx;
     head.reference_frame_idx = frame.reference_frame_idx;
+    heads.num_features.push_back(frame.NumFeatures());
   }
   return heads;
 }
@@ -102,7 +103,7 @@ struct SiteFeatures::Impl {
 
   std::function<FeaturesShard(std::size_t)> read;
   std::size_t max_bytes = kMaxBytes;
-  FeaturesShard heads;
+  FeatureHeads heads;
   std::vector<std::size_t> begins;  // of the shards among all frames
   std::mutex mutex;
   std::vector<Slot> slots;  // by shard
@@ -124,11 +125,12 @@ SiteFeatures::SiteFeatures(std::vector<std::filesystem::path> paths,
     throw UsageError(
         "give as many --in features as --in frames: {} and {}", paths.size(), lists.size());
   }
-  FeaturesShard& all = impl_->heads;
+  FeaturesShard& all = impl_->heads.shard;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    FeaturesShard heads = ReadFeatureHeads(paths[i]);
+    auto [heads, num_features] = ReadFeatureHeads(paths[i]);
     if (!lists.empty()) CheckList(lists[i], paths[i], heads);
     impl_->begins.push_back(all.frames.size());
+    std::ranges::copy(num_features, std::back_inserter(impl_->heads.num_features));
     if (i == 0) {
       all = std::move(heads);
       continue;
@@ -142,9 +144,11 @@ SiteFeatures::SiteFeatures(std::vector<std::filesystem::path> paths,
   impl_->max_bytes = max_bytes;
 }
 
-const FeaturesShard& SiteFeatures::Heads() const { return impl_->heads; }
+const FeaturesShard& SiteFeatures::Heads() const { return impl_->heads.shard; }
 
-int SiteFeatures::FirstFrame() const { return impl_->heads.frames.front().frame_idx; }
+int SiteFeatures::FirstFrame() const { return Heads().frames.front().frame_idx; }
+
+int SiteFeatures::NumFeatures(std::size_t place) const { return impl_->heads.num_features[place]; }
 
 std::size_t SiteFeatures::NumShards() const { return impl_->begins.size(); }
 

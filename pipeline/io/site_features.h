@@ -20,7 +20,7 @@ class SiteFeatures {
   using Shard = std::shared_ptr<const FeaturesShard>;
   using Frame = std::shared_ptr<const FrameFeatures>;
 
-  static constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  // in memory for later calls
+  static constexpr std::size_t kMaxBytes = std::size_t{1} << 29;  // in memory for later calls
 
   // One shard, all in memory.
   explicit SiteFeatures(FeaturesShard shard);
@@ -34,6 +34,8 @@ class SiteFeatures {
   // Kind, size and options of the descriptors, and frames with their indices, but no features.
   const FeaturesShard& Heads() const;
   int FirstFrame() const;
+  // Of a frame in Heads().
+  int NumFeatures(std::size_t place) const;
   std::size_t NumShards() const;
   // Both read the shard unless it is in memory, and throw DataError naming file and field.
   Shard GetShard(std::size_t shard) const;

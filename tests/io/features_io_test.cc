@@ -76,7 +76,7 @@ TEST_F(FeaturesIo, ReadsBackEveryKindAndFramesWithoutFeatures) {
 TEST_F(FeaturesIo, HeadsAreFramesWithoutFeatures) {
   const FeaturesShard shard = MakeShard(DescriptorKind::kBrisk, 7);
   WriteFeatures(folder_ / "f.h5", shard, "config");
-  const FeaturesShard heads = ReadFeatureHeads(folder_ / "f.h5");
+  const auto [heads, num_features] = ReadFeatureHeads(folder_ / "f.h5");
   EXPECT_EQ(heads.kind, shard.kind);
   EXPECT_EQ(heads.extraction, shard.extraction);
   ASSERT_EQ(heads.frames.size(), shard.frames.size());
@@ -84,6 +84,7 @@ TEST_F(FeaturesIo, HeadsAreFramesWithoutFeatures) {
     EXPECT_EQ(heads.frames[i].frame_idx, shard.frames[i].frame_idx);
     EXPECT_EQ(heads.frames[i].IsDescribed(), shard.frames[i].IsDescribed());
     EXPECT_EQ(heads.frames[i].NumFeatures(), 0);
+    EXPECT_EQ(num_features.at(i), shard.frames[i].NumFeatures());
   }
 }
 

@@ -68,6 +68,9 @@ class SiteFeaturesTest : public InFolder {
     EXPECT_EQ(std::ranges::count(are_equal, 1), std::ssize(asked));
     EXPECT_EQ(features.All().frames, all_);
     ASSERT_EQ(features.Heads().frames.size(), all_.size());
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      EXPECT_EQ(features.NumFeatures(i), all_[i].NumFeatures());
+    }
     EXPECT_EQ(features.FirstFrame(), kFirst);
   }
 

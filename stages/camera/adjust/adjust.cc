@@ -9,6 +9,7 @@
 #include "stages/camera/adjust/check_tracks.h"
 #include "stages/camera/adjust/cull_keyframes.h"
 #include "stages/camera/adjust/edges_between_kept.h"
+#include "stages/camera/adjust/merged_tracks.h"
 
 namespace nightmap {
 namespace {
@@ -40,8 +41,7 @@ class Pipeline {
   // Tracks of the keyframes that stay.
   std::vector<Track> CullKeyframes() {
     const std::set<int>& all = input_.graph.chain.keyframes;
-    std::vector<Track> tracks =
-        MergeTracks(input_.odometry, input_.loops, input_.graph.is_loop_accepted, all);
+    std::vector<Track> tracks = MergeTracks(input_, all);
     const auto redundant = RedundantKeyframes(tracks, all, BridgeEnds(), options_.max_seen_ratio);
     result_.keyframes = all;
     for (const int idx : redundant) {

@@ -3,6 +3,7 @@
 // graph's frame stays.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <vector>
 
@@ -11,11 +12,11 @@
 #include "pipeline/camera/landmark_tracker.h"
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/graph/closed_graph_io.h"
-#include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
+#include "pipeline/io/site_features.h"
 
 namespace nightmap {
 
@@ -35,8 +36,9 @@ struct AdjustOptions {
 struct AdjustInput {
   std::vector<FrameRecord> frames;  // all frames, contiguous from 0
   std::vector<RgbdCamera> cameras;
-  FeaturesShard features;               // of these frames
-  std::vector<OdometryShard> odometry;  // their tracks
+  SiteFeatures features{FeaturesShard{}};  // of these frames
+  std::size_t num_shards = 0;
+  std::function<OdometryShard(std::size_t)> odometry;  // of each shard, with its tracks
   std::vector<FramePair> loops;         // their matches
   ClosedGraph graph;
 };
@@ -55,7 +57,8 @@ struct AdjustResult {
 
 // Drops redundant keyframes. Adjusts the remaining keyframes and points; then all described frames,
 // with newly found points, and the cameras' focal lengths and rolling shutters. Edges of other
-// sensors count no more: their agreement is in where the adjustment starts. Deterministic.
+// sensors count no more: their agreement is in where the adjustment starts. Holds the observations of
+// all points, and the features and odometry of few shards. Deterministic.
 AdjustResult RunAdjust(const AdjustOptions& options,
                        const AdjustInput& input,
                        Progress& progress,

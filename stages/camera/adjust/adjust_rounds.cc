@@ -40,7 +40,7 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
   bundle_options.calibrate = options_.calibrate;
   std::map<int, Rigid3> poses = *graph_from_keyframe;
   std::map<int, PointMotion> motions;
-  for (const FrameFeatures& frame : input_.features.frames) {
+  for (const FrameFeatures& frame : input_.features.Heads().frames) {
     const auto i = static_cast<std::size_t>(frame.frame_idx);
     if (frame.IsDescribed()) poses.emplace(frame.frame_idx, (*graph_from_camera)[i]);
   }

@@ -9,38 +9,23 @@ namespace {
 
 void CheckFrames(const AdjustInput& input) {
   const std::size_t count = input.graph.chain.graph_from_camera.size();
-  if (count != input.frames.size() || count != input.features.frames.size()) {
+  if (count != input.frames.size() || count != input.features.Heads().frames.size()) {
     throw InputError({{"graph"}, {"frames"}},
                      "{} frames are in the graph, the lists have {}, {} of them with features",
                      count,
                      input.frames.size(),
-                     input.features.frames.size());
+                     input.features.Heads().frames.size());
   }
-  CheckFeaturesOfFrames(input.frames, input.features);
+  CheckFeaturesOfFrames(input.frames, input.features.Heads());
 }
 
-bool HasFeature(const FeaturesShard& features, const Sighting& s) {
-  if (s.frame_idx < 0 || static_cast<std::size_t>(s.frame_idx) >= features.frames.size()) {
-    return false;
-  }
-  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(s.frame_idx)];
-  return s.feature_idx >= 0 && s.feature_idx < frame.NumFeatures();
+bool HasFeature(const SiteFeatures& features, const Sighting& s) {
+  const auto place = static_cast<std::size_t>(s.frame_idx);
+  return s.frame_idx >= 0 && place < features.Heads().frames.size() && s.feature_idx >= 0 &&
+         s.feature_idx < features.NumFeatures(place);
 }
 
-void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const FeaturesShard& features) {
-  for (const Track& track : shard.tracks) {
-    for (const Sighting& s : track) {
-      if (HasFeature(features, s)) continue;
-      throw InputError({{"odometry", shard_idx}},
-                       "a track has feature {} of frame {}, which the {} frames do not have",
-                       s.feature_idx,
-                       s.frame_idx,
-                       features.frames.size());
-    }
-  }
-}
-
-void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
+void CheckMatches(const FramePair& loop, const SiteFeatures& features) {
   for (const FeatureMatch& match : loop.inliers) {
     if (HasFeature(features, {loop.frame_a, match.a}) &&
         HasFeature(features, {loop.frame_b, match.b})) {
@@ -57,11 +42,21 @@ void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
 
 }  // namespace
 
+void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const SiteFeatures& features) {
+  for (const Track& track : shard.tracks) {
+    for (const Sighting& s : track) {
+      if (HasFeature(features, s)) continue;
+      throw InputError({{"odometry", shard_idx}},
+                       "a track has feature {} of frame {}, which the {} frames do not have",
+                       s.feature_idx,
+                       s.frame_idx,
+                       features.Heads().frames.size());
+    }
+  }
+}
+
 void CheckInput(const AdjustInput& input) {
   CheckFrames(input);
-  for (std::size_t i = 0; i < input.odometry.size(); ++i) {
-    CheckTracks(i, input.odometry[i], input.features);
-  }
   for (const FramePair& loop : input.loops) {
     CheckLoop(loop, input.frames.size());
     CheckMatches(loop, input.features);

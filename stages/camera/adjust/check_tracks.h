@@ -10,4 +10,7 @@ namespace nightmap {
 // exist; the graph must judge these loops. Throws InputError naming the port, and frame or loop.
 void CheckInput(const AdjustInput& input);
 
+// Throws InputError of the port `odometry` when a track has a feature that its frame has not.
+void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const SiteFeatures& features);
+
 }  // namespace nightmap

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "pipeline/geometry/bundle_adjustment.h"
+#include "stages/camera/adjust/visit_by_frame.h"
 
 namespace nightmap {
 namespace {
@@ -30,7 +32,9 @@ class FrameAdjuster {
   }
 
   GlobalBundleSummary Run(const BundleOptions& bundle_options, std::vector<Track> tracks) {
-    for (const Track& track : SelectLongest(std::move(tracks))) AddTrack(track);
+    const std::vector<Track> chosen = SelectLongest(std::move(tracks));
+    AddObservations(chosen);
+    for (const Track& track : chosen) AddPoint(track);
     std::vector<BundleSummary> adjustments;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
@@ -55,53 +59,69 @@ class FrameAdjuster {
   const RgbdCamera& CameraOf(int frame_idx) const {
     return input_.cameras.at(static_cast<std::size_t>(CameraIdx(frame_idx)));
   }
-  FeatureView Feature(const Sighting& s) const {
-    return input_.features.frames[static_cast<std::size_t>(s.frame_idx)].Feature(s.feature_idx);
-  }
-
   // A keypoint of a large patch is localized less precisely.
-  double PixelSigma_px(const Sighting& s) const {
+  static double PixelSigma_px(const FeatureView& feature) {
     constexpr double kOfSmallest_px = 0.5;
     constexpr double kPerDiameter = 0.1;
-    return std::hypot(kOfSmallest_px, kPerDiameter * Feature(s).Scale_px());
+    return std::hypot(kOfSmallest_px, kPerDiameter * feature.Scale_px());
   }
 
   std::vector<Track> SelectLongest(std::vector<Track> tracks) const {
+    DropWithoutDepth(&tracks);
     std::ranges::stable_sort(tracks, std::greater<>(), &Track::size);
     std::map<int, int> count;
     std::vector<Track> chosen;
     for (Track& track : tracks) {
-      const bool has_depth =
-          std::ranges::any_of(track, [&](auto& s) { return Feature(s).Depth_m() > 0; });
       const bool is_wanted = std::ranges::any_of(
           track, [&](auto& s) { return count[s.frame_idx] < kMaxTracksPerKeyframe; });
-      if (!has_depth || !is_wanted) continue;
+      if (!is_wanted) continue;
       for (const Sighting& s : track) ++count[s.frame_idx];
       chosen.push_back(std::move(track));
     }
     return chosen;
   }
 
-  void AddTrack(const Track& track) {
-    const Sighting* nearest = nullptr;
-    for (const Sighting& s : track) {
-      if (Feature(s).Depth_m() > 0 &&
-          (!nearest || Feature(s).Depth_m() < Feature(*nearest).Depth_m()))
-        nearest = &s;
+  void DropWithoutDepth(std::vector<Track>* tracks) const {
+    std::vector<bool> has_depth(tracks->size(), false);
+    VisitByFrame(*tracks, input_.features, [&](std::size_t track, std::size_t, const auto& feature) {
+      if (feature.Depth_m() > 0) has_depth[track] = true;
+    });
+    std::size_t i = 0;
+    std::erase_if(*tracks, [&](const Track&) { return !has_depth[i++]; });
+  }
+
+  // Track by track.
+  void AddObservations(const std::vector<Track>& tracks) {
+    std::vector<std::size_t> begins;
+    for (const Track& track : tracks) {
+      begins.push_back(problem_.observations.size());
+      for (const Sighting& s : track) {
+        BundleObservation& seen = problem_.observations.emplace_back();
+        seen.pose_idx = position_.at(s.frame_idx);
+        seen.point_idx = static_cast<int>(begins.size()) - 1;
+        seen.noise = CameraOf(s.frame_idx).noise;
+      }
     }
-    const int point_idx = static_cast<int>(problem_.points_in_world.size());
+    VisitByFrame(tracks, input_.features, [&](std::size_t track, std::size_t k, const auto& feature) {
+      BundleObservation& seen = problem_.observations[begins[track] + k];
+      seen.pixel = feature.Pixel();
+      seen.depth_m = feature.Depth_m();
+      seen.pixel_sigma_px = PixelSigma_px(feature);
+    });
+  }
+
+  // The next one. Starts where the nearest camera that measured its depth sees it.
+  void AddPoint(const Track& track) {
+    const std::span observations(problem_.observations.data() + num_placed_, track.size());
+    num_placed_ += track.size();
+    const BundleObservation* nearest = nullptr;
+    for (const BundleObservation& o : observations) {
+      if (o.depth_m > 0 && (!nearest || o.depth_m < nearest->depth_m)) nearest = &o;
+    }
+    const int frame_idx = track[static_cast<std::size_t>(nearest - observations.data())].frame_idx;
     problem_.points_in_world.push_back(
-        poses_.at(nearest->frame_idx) *
-        CameraOf(nearest->frame_idx)
-            .color.BackProjectUndistorted(Feature(*nearest).Pixel(), Feature(*nearest).Depth_m()));
-    for (const Sighting& s : track) {
-      problem_.observations.push_back({position_.at(s.frame_idx),
-                                       point_idx,
-                                       Feature(s).Pixel(),
-                                       Feature(s).Depth_m(),
-                                       CameraOf(s.frame_idx).noise,
-                                       PixelSigma_px(s)});
-    }
+        poses_.at(frame_idx) *
+        CameraOf(frame_idx).color.BackProjectUndistorted(nearest->pixel, nearest->depth_m));
   }
 
   void DropOutliers() {
@@ -123,6 +143,7 @@ class FrameAdjuster {
   std::map<int, Rigid3>& poses_;
   std::map<int, int> position_;  // index of a frame in the problem
   BundleProblem problem_;
+  std::size_t num_placed_ = 0;  // observations of points that were added
 };
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/graph/frame_poses.h"
-#include "pipeline/io/site_features.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/adjust/adjust_output.h"
 
@@ -15,8 +14,10 @@ AdjustInput ReadInput(const StageContext& context) {
   AdjustInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = SiteFeatures(context.Inputs("features"), context.Inputs("frames")).All();
-  for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
+  input.features = SiteFeatures(context.Inputs("features"), context.Inputs("frames"));
+  const auto odometry = context.Inputs("odometry");
+  input.num_shards = odometry.size();
+  input.odometry = [odometry](std::size_t shard) { return ReadOdometry(odometry.at(shard)); };
   input.loops = ReadPairs(context.Input("loops"));
   input.graph = ReadClosedGraph(context.Input("graph"));
   return input;

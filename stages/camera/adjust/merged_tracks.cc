@@ -2,84 +2,82 @@
 #include "stages/camera/adjust/merged_tracks.h"
 
 #include <algorithm>
-#include <map>
-#include <unordered_map>
+#include <limits>
 
 #include "pipeline/base/union_find.h"
+#include "stages/camera/adjust/check_tracks.h"
 
 namespace nightmap {
 namespace {
 
-std::uint64_t Key(const Sighting& s) {
-  return (static_cast<std::uint64_t>(s.frame_idx) << 32) |
-         static_cast<std::uint32_t>(s.feature_idx);
-}
-
 // Tracks over all shards, joined by shared features and by loops.
 class TrackMerger {
  public:
-  explicit TrackMerger(const std::vector<OdometryShard>& shards) : sets_(CountTracks(shards)) {
-    std::size_t track_idx = 0;
-    for (const OdometryShard& shard : shards) {
-      for (const Track& track : shard.tracks) {
-        for (const Sighting& sighting : track) {
-          const auto [found, is_new] = track_of_.emplace(Key(sighting), track_idx);
-          if (is_new) sightings_.push_back(sighting);
-          if (!is_new) sets_.Join(found->second, track_idx);
+  explicit TrackMerger(std::size_t num_frames) : track_of_(num_frames) {}
+
+  void Add(const OdometryShard& shard) {
+    for (const Track& track : shard.tracks) {
+      const auto track_idx = static_cast<std::uint32_t>(sets_.Add());
+      for (const Sighting& sighting : track) {
+        std::uint32_t& known = At(sighting);
+        if (known == kNone) {
+          known = track_idx;
+        } else {
+          sets_.Join(known, track_idx);
         }
-        ++track_idx;
       }
     }
   }
 
   void Join(const FramePair& loop) {
     for (const FeatureMatch& match : loop.inliers) {
-      const auto a = track_of_.find(Key({loop.frame_a, match.a}));
-      const auto b = track_of_.find(Key({loop.frame_b, match.b}));
-      if (a != track_of_.end() && b != track_of_.end()) sets_.Join(a->second, b->second);
+      const std::uint32_t a = At({loop.frame_a, match.a});
+      const std::uint32_t b = At({loop.frame_b, match.b});
+      if (a != kNone && b != kNone) sets_.Join(a, b);
     }
   }
 
-  // Keeps sightings in keyframes only; one per keyframe.
+  // Keeps sightings in keyframes only; one per keyframe, that of the lowest feature.
   std::vector<Track> KeyframeTracks(const std::set<int>& keyframes) {
-    std::map<std::size_t, Track> tracks;
-    for (const Sighting& sighting : sightings_) {
-      if (!keyframes.contains(sighting.frame_idx)) continue;
-      tracks[sets_.Find(track_of_.at(Key(sighting)))].push_back(sighting);
+    std::vector<Track> tracks(sets_.Size());
+    for (const int frame_idx : keyframes) {
+      const auto& track_of = track_of_[static_cast<std::size_t>(frame_idx)];
+      for (std::size_t i = 0; i < track_of.size(); ++i) {
+        if (track_of[i] == kNone) continue;
+        Track& track = tracks[sets_.Find(track_of[i])];
+        if (!track.empty() && track.back().frame_idx == frame_idx) continue;
+        track.push_back({frame_idx, static_cast<int>(i)});
+      }
     }
-    std::vector<Track> result;
-    for (auto& [root, track] : tracks) {
-      std::ranges::sort(track);
-      const auto same_frame = [](const Sighting& a, const Sighting& b) {
-        return a.frame_idx == b.frame_idx;
-      };
-      track.erase(std::unique(track.begin(), track.end(), same_frame), track.end());
-      if (track.size() >= 2) result.push_back(std::move(track));
-    }
-    return result;
+    std::erase_if(tracks, [](const Track& track) { return track.size() < 2; });
+    return tracks;
   }
 
  private:
-  static std::size_t CountTracks(const std::vector<OdometryShard>& shards) {
-    std::size_t count = 0;
-    for (const OdometryShard& shard : shards) count += shard.tracks.size();
-    return count;
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  std::uint32_t& At(const Sighting& s) {
+    auto& of_frame = track_of_[static_cast<std::size_t>(s.frame_idx)];
+    const auto i = static_cast<std::size_t>(s.feature_idx);
+    if (of_frame.size() <= i) of_frame.resize(i + 1, kNone);
+    return of_frame[i];
   }
 
   UnionFind sets_;
-  std::unordered_map<std::uint64_t, std::size_t> track_of_;
-  std::vector<Sighting> sightings_;
+  std::vector<std::vector<std::uint32_t>> track_of_;  // by frame and feature
 };
 
 }  // namespace
 
-std::vector<Track> MergeTracks(const std::vector<OdometryShard>& shards,
-                               const std::vector<FramePair>& loops,
-                               const std::vector<bool>& is_accepted,
-                               const std::set<int>& keyframes) {
-  TrackMerger merger(shards);
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    if (is_accepted[i]) merger.Join(loops[i]);
+std::vector<Track> MergeTracks(const AdjustInput& input, const std::set<int>& keyframes) {
+  TrackMerger merger(input.frames.size());
+  for (std::size_t i = 0; i < input.num_shards; ++i) {
+    const OdometryShard shard = input.odometry(i);
+    CheckTracks(i, shard, input.features);
+    merger.Add(shard);
+  }
+  for (std::size_t i = 0; i < input.loops.size(); ++i) {
+    if (input.graph.is_loop_accepted[i]) merger.Join(input.loops[i]);
   }
   return merger.KeyframeTracks(keyframes);
 }
