@@ -107,8 +107,8 @@ void WriteFeatures(const std::filesystem::path& path,
 FeatureHeads ReadFeatureHeads(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kFeaturesFormat, kFeaturesVersion);
   FeatureHeads heads{ReadHeads(file), {}};
-  const auto first = file.ReadOffsets<std::int32_t>(
-      kFirstFeature, heads.shard.frames.size(), std::nullopt);
+  const auto first =
+      file.ReadOffsets<std::int32_t>(kFirstFeature, heads.shard.frames.size(), std::nullopt);
   for (std::size_t i = 1; i < first.size(); ++i) {
     heads.num_features.push_back(static_cast<int>(first[i] - first[i - 1]));
   }

@@ -39,7 +39,7 @@ struct AdjustInput {
   SiteFeatures features{FeaturesShard{}};  // of these frames
   std::size_t num_shards = 0;
   std::function<OdometryShard(std::size_t)> odometry;  // of each shard, with its tracks
-  std::vector<FramePair> loops;         // their matches
+  std::vector<FramePair> loops;                        // their matches
   ClosedGraph graph;
 };
 
@@ -57,8 +57,8 @@ struct AdjustResult {
 
 // Drops redundant keyframes. Adjusts the remaining keyframes and points; then all described frames,
 // with newly found points, and the cameras' focal lengths and rolling shutters. Edges of other
-// sensors count no more: their agreement is in where the adjustment starts. Holds the observations of
-// all points, and the features and odometry of few shards. Deterministic.
+// sensors count no more: their agreement is in where the adjustment starts. Holds the observations
+// of all points, and the features and odometry of few shards. Deterministic.
 AdjustResult RunAdjust(const AdjustOptions& options,
                        const AdjustInput& input,
                        Progress& progress,

@@ -83,9 +83,10 @@ class FrameAdjuster {
 
   void DropWithoutDepth(std::vector<Track>* tracks) const {
     std::vector<bool> has_depth(tracks->size(), false);
-    VisitByFrame(*tracks, input_.features, [&](std::size_t track, std::size_t, const auto& feature) {
-      if (feature.Depth_m() > 0) has_depth[track] = true;
-    });
+    VisitByFrame(
+        *tracks, input_.features, [&](std::size_t track, std::size_t, const auto& feature) {
+          if (feature.Depth_m() > 0) has_depth[track] = true;
+        });
     std::size_t i = 0;
     std::erase_if(*tracks, [&](const Track&) { return !has_depth[i++]; });
   }
@@ -102,12 +103,13 @@ class FrameAdjuster {
         seen.noise = CameraOf(s.frame_idx).noise;
       }
     }
-    VisitByFrame(tracks, input_.features, [&](std::size_t track, std::size_t k, const auto& feature) {
-      BundleObservation& seen = problem_.observations[begins[track] + k];
-      seen.pixel = feature.Pixel();
-      seen.depth_m = feature.Depth_m();
-      seen.pixel_sigma_px = PixelSigma_px(feature);
-    });
+    VisitByFrame(
+        tracks, input_.features, [&](std::size_t track, std::size_t k, const auto& feature) {
+          BundleObservation& seen = problem_.observations[begins[track] + k];
+          seen.pixel = feature.Pixel();
+          seen.depth_m = feature.Depth_m();
+          seen.pixel_sigma_px = PixelSigma_px(feature);
+        });
   }
 
   // The next one. Starts where the nearest camera that measured its depth sees it.

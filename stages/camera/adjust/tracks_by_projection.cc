@@ -6,16 +6,17 @@ namespace nightmap {
 std::vector<Track> TracksByProjection(const AdjustInput& input,
                                       const std::map<int, Rigid3>& graph_from_frame,
                                       const LandmarkTrackerOptions& options) {
+  const FeaturesShard all = input.features.All();
   std::vector<Observer> observers;
   for (const auto& [frame_idx, pose] : graph_from_frame) {
     const auto i = static_cast<std::size_t>(frame_idx);
     const FrameRecord& frame = input.frames[i];
     observers.push_back({&frame,
                          &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
-                         &input.features.frames[i],
+                         &all.frames[i],
                          pose});
   }
-  LandmarkTracker tracker(options, input.features.kind, &observers);
+  LandmarkTracker tracker(options, all.kind, &observers);
   for (std::size_t i = 0; i < observers.size(); ++i) {
     if (observers[i].features->IsDescribed()) tracker.Add(static_cast<int>(i));
   }

@@ -8,29 +8,43 @@
 
 namespace nightmap::adjust_test {
 
+// An input whose features and odometry are in memory.
+struct Whole : AdjustInput {
+  FeaturesShard all_features;
+  std::vector<OdometryShard> all_odometry;
+
+  AdjustInput Input() const {
+    AdjustInput input = *this;
+    input.features = SiteFeatures(all_features);
+    input.num_shards = all_odometry.size();
+    input.odometry = [this](std::size_t shard) { return all_odometry.at(shard); };
+    return input;
+  }
+};
+
 // Closes the loops of `closed`. Its frames have no features, so that adjustment adds nothing.
-AdjustInput After(const PoseGraphInput& closed) {
-  AdjustInput input;
+Whole After(const PoseGraphInput& closed) {
+  Whole input;
   input.frames = closed.frames;
-  input.odometry = closed.odometry;
+  input.all_odometry = closed.odometry;
   input.loops.assign(closed.loops.begin(), closed.loops.end());
   input.cameras = {RgbdCamera{}};
   input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
   for (const FrameRecord& frame : closed.frames) {
-    input.features.frames.emplace_back().frame_idx = frame.frame_idx;
+    input.all_features.frames.emplace_back().frame_idx = frame.frame_idx;
   }
   input.graph = Optimize(closed).graph;
   return input;
 }
 
 // Every keyframe sees the same 50 points, without depth, so that adjustment adds nothing.
-void SeeTheSamePoints(AdjustInput* input) {
-  for (FrameFeatures& frame : input->features.frames) {
+void SeeTheSamePoints(Whole* input) {
+  for (FrameFeatures& frame : input->all_features.frames) {
     frame.keypoints_px = frame.raw_keypoints_px = std::vector<Eigen::Vector2f>(50, {1, 2});
     frame.scales_px.assign(50, 5);
     frame.depths_m.assign(50, 0);
   }
-  for (OdometryShard& shard : input->odometry) {
+  for (OdometryShard& shard : input->all_odometry) {
     shard.tracks.resize(50);
     for (const OdometryFrame& frame : shard.frames) {
       if (!frame.is_keyframe) continue;
@@ -44,10 +58,8 @@ void SeeTheSamePoints(AdjustInput* input) {
   }
 }
 
-AdjustResult Adjust(const AdjustInput& input,
-                    const AdjustOptions& options = {},
-                    int num_threads = 1) {
-  return RunAdjust(options, input, NoProgress(), num_threads);
+AdjustResult Adjust(const Whole& input, const AdjustOptions& options = {}, int num_threads = 1) {
+  return RunAdjust(options, input.Input(), NoProgress(), num_threads);
 }
 
 TEST(Adjust, WithoutPointsThePosesAreThoseOfTheGraph) {
@@ -73,7 +85,7 @@ TEST(Adjust, WithoutLoopsThereAreThePosesOfTheOdometry) {
 
 // All keyframes see the same points, so few keyframes are needed.
 TEST(Adjust, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
-  AdjustInput input = After(MakeInput());
+  Whole input = After(MakeInput());
   SeeTheSamePoints(&input);
   const AdjustResult all = Adjust(input, {.max_seen_ratio = 1});
   const AdjustResult few = Adjust(input, {.max_seen_ratio = 0.9});
@@ -104,7 +116,7 @@ TEST(Adjust, EdgesOfSensorsMoveToTheKeyframesThatStay) {
   closed.edges[0].edges.push_back(MakeEdge(EdgeKind::kLoop, 1, kNumFrames - 1));
   closed.edges[0].edges.push_back(Survey({9}).edges[0]);
   const std::size_t num_of_camera = Adjust(After(MakeInput())).graph.edges.size();
-  AdjustInput input = After(closed);
+  Whole input = After(closed);
   const std::size_t num_of_both = Adjust(input).graph.edges.size();
   EXPECT_GT(num_of_both, num_of_camera + 10);
   SeeTheSamePoints(&input);
@@ -117,7 +129,7 @@ TEST(Adjust, EdgesOfSensorsMoveToTheKeyframesThatStay) {
 }
 
 TEST(Adjust, KeyframesBesideABridgeStay) {
-  AdjustInput input = After(MakeBrokenInput(0));
+  Whole input = After(MakeBrokenInput(0));
   SeeTheSamePoints(&input);
   const AdjustResult result = Adjust(input);
   EXPECT_GT(result.num_culled, 5);
@@ -125,7 +137,7 @@ TEST(Adjust, KeyframesBesideABridgeStay) {
 }
 
 TEST(Adjust, IsTheSameAtAnyNumberOfThreads) {
-  AdjustInput input = After(MakeBrokenInput());
+  Whole input = After(MakeBrokenInput());
   SeeTheSamePoints(&input);
   const AdjustResult one = Adjust(input, {}, 1), four = Adjust(input, {}, 4);
   EXPECT_EQ(TrajectoryText(input.frames, one.graph_from_camera),
@@ -136,30 +148,29 @@ TEST(Adjust, IsTheSameAtAnyNumberOfThreads) {
 
 TEST(Adjust, RefusesArtifactsOfOtherRuns) {
   const auto expect = [](const auto& damage, const std::string& message) {
-    AdjustInput input = After(MakeInput());
+    Whole input = After(MakeInput());
     damage(input);
     NIGHTMAP_EXPECT_ERROR(DataError, Adjust(input), message);
   };
-  expect([](AdjustInput& input) { input.features.frames[3].frame_idx = 4; },
+  expect([](Whole& input) { input.all_features.frames[3].frame_idx = 4; },
          "not of the listed frames");
-  expect([](AdjustInput& input) { input.frames.pop_back(); },
+  expect([](Whole& input) { input.frames.pop_back(); },
          "48 frames are in the graph, the lists have 47, 48 of them with features");
-  expect([](AdjustInput& input) { input.loops.pop_back(); },
-         "the graph judges 4 loops, the list has 3");
-  expect([](AdjustInput& input) { input.loops[0].frame_b = kNumFrames; },
+  expect([](Whole& input) { input.loops.pop_back(); }, "the graph judges 4 loops, the list has 3");
+  expect([](Whole& input) { input.loops[0].frame_b = kNumFrames; },
          "is not between frames of this site");
   // No frame of the circle has a feature.
   expect(
-      [](AdjustInput& input) {
-        input.odometry[1].tracks = {{{30, 7}}};
+      [](Whole& input) {
+        input.all_odometry[1].tracks = {{{30, 7}}};
       },
       "odometry[1]: a track has feature 7 of frame 30");
   expect(
-      [](AdjustInput& input) {
-        input.odometry[1].tracks = {{{kNumFrames, 0}}};
+      [](Whole& input) {
+        input.all_odometry[1].tracks = {{{kNumFrames, 0}}};
       },
       "feature 0 of frame 48, which the 48 frames do not have");
-  expect([](AdjustInput& input) { input.loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
+  expect([](Whole& input) { input.loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
 }
 
 }  // namespace nightmap::adjust_test

@@ -20,16 +20,15 @@ struct TwoCameras {
 };
 
 TwoCameras MakeTwoCameras() {
-  const LandmarkScene scene = MakeLandmarkScene();
+  LandmarkScene scene = MakeLandmarkScene();
   TwoCameras two;
   two.input.frames = scene.frames;
-  two.input.features = scene.features;
   two.input.cameras = {scene.cameras[0], scene.cameras[0]};
   std::map<int, Track> tracks;
   for (std::size_t i = 0; i < scene.frames.size(); ++i) {
     const int frame_idx = static_cast<int>(i);
     two.input.frames[i].camera_idx = frame_idx % 2;
-    for (float& depth_m : two.input.features.frames[i].depths_m) {
+    for (float& depth_m : scene.features.frames[i].depths_m) {
       if (frame_idx % 2 == 1) depth_m *= 0.96F;
     }
     for (std::size_t k = 0; k < scene.frame_points[i].size(); ++k) {
@@ -37,6 +36,7 @@ TwoCameras MakeTwoCameras() {
     }
     two.poses[frame_idx] = scene.poses[i].pose;
   }
+  two.input.features = SiteFeatures(scene.features);
   for (auto& [point, track] : tracks) {
     if (track.size() > 1) two.tracks.push_back(std::move(track));
   }

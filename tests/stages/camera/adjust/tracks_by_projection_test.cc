@@ -19,7 +19,7 @@ struct Retracked {
 
   Retracked() {
     input.frames = scene.frames;
-    input.features = scene.features;
+    input.features = SiteFeatures(scene.features);
     input.cameras = scene.cameras;
     for (std::size_t i = 0; i < scene.poses.size(); ++i) {
       poses[static_cast<int>(i)] = scene.poses[i].pose;
@@ -54,11 +54,12 @@ TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
 // a neighbour of the right one, and such pairs hold the poses where they are.
 TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   Retracked r;
-  FrameFeatures& frame = r.input.features.frames[3];
+  FrameFeatures& frame = r.scene.features.frames[3];
   for (std::size_t i = 0; i < frame.descriptors.size(); ++i) {
     const std::uint8_t strange = frame.descriptors[(i + 128) % frame.descriptors.size()];
     frame.descriptors[i] = static_cast<std::uint8_t>(0.4 * frame.descriptors[i] + 0.6 * strange);
   }
+  r.input.features = SiteFeatures(r.scene.features);
   const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
     std::ptrdiff_t count = 0;
     for (const Track& track : TracksByProjection(r.input, r.poses, options)) {
@@ -73,7 +74,7 @@ TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
 TEST(TracksByProjection, AFrameThatWasOnlyTrackedHasNoSighting) {
   Retracked r;
   TrackFrom(2, 3, &r.scene);
-  r.input.features = r.scene.features;
+  r.input.features = SiteFeatures(r.scene.features);
   const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0});
   EXPECT_GT(tracks.size(), 100U);
   for (const Track& track : tracks) {
