@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/without_openmp.h"
 
 namespace nightmap {
 namespace {
@@ -25,6 +26,7 @@ void SparseCholesky::Analyze(const Eigen::SparseMatrix<double>& lower) {
 
 std::optional<Eigen::VectorXd> SparseCholesky::Solve(const Eigen::SparseMatrix<double>& lower,
                                                      const Eigen::VectorXd& right_side) {
+  const WithoutOpenMp without_openmp;
   cholesky_.factorize(lower);
   CheckFits(lower.rows());
   if (cholesky_.info() != Eigen::Success) return {};

@@ -2,12 +2,12 @@
 #include "stages/graph/pose_graph/optimize_graph.h"
 
 #include <ceres/ceres.h>
-#include <dlfcn.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/without_openmp.h"
 
 namespace nightmap {
 namespace {
@@ -58,27 +58,6 @@ class EdgeError {
   Rigid3 a_from_b_;
   const Matrix6d& sqrt_information_;
   double sqrt_weight_;
-};
-
-// While it lives, OpenMP, if CHOLMOD is built with it, opens no parallel regions: CHOLMOD asks for
-// four threads for each of many blocks of a few rows, and waiting for them takes half of the time.
-class WithoutOpenMp {
- public:
-  WithoutOpenMp() {
-    const auto get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "omp_get_max_active_levels"));
-    set_ = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"));
-    if (get) num_levels_ = get();
-    if (set_) set_(0);
-  }
-  ~WithoutOpenMp() {
-    if (set_) set_(num_levels_);
-  }
-  WithoutOpenMp(const WithoutOpenMp&) = delete;
-  WithoutOpenMp& operator=(const WithoutOpenMp&) = delete;
-
- private:
-  int num_levels_ = 1;
-  void (*set_)(int) = nullptr;
 };
 
 // L of each edge.
