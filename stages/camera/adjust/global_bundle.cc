@@ -32,9 +32,7 @@ class FrameAdjuster {
   }
 
   GlobalBundleSummary Run(const BundleOptions& bundle_options, std::vector<Track> tracks) {
-    const std::vector<Track> chosen = SelectLongest(std::move(tracks));
-    AddObservations(chosen);
-    for (const Track& track : chosen) AddPoint(track);
+    AddTracks(SelectLongest(std::move(tracks)));
     std::vector<BundleSummary> adjustments;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
@@ -44,12 +42,15 @@ class FrameAdjuster {
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {
-        Rms_px(),
-        static_cast<int>(problem_.observations.size()),
-        problem_.calibrations,
-        std::move(adjustments),
-        bundle_options.calibrate ? EstimateDepthOffsets(bundle_options, problem_) : DepthOffsets{}};
+    GlobalBundleSummary summary{Rms_px(),
+                                static_cast<int>(problem_.observations.size()),
+                                problem_.calibrations,
+                                std::move(adjustments),
+                                {}};
+    if (bundle_options.calibrate) {
+      summary.depth_offsets = EstimateDepthOffsets(bundle_options, std::move(problem_));
+    }
+    return summary;
   }
 
  private:
@@ -91,8 +92,16 @@ class FrameAdjuster {
     std::erase_if(*tracks, [&](const Track&) { return !has_depth[i++]; });
   }
 
+  void AddTracks(const std::vector<Track>& tracks) {
+    AddObservations(tracks);
+    for (const Track& track : tracks) AddPoint(track);
+  }
+
   // Track by track.
   void AddObservations(const std::vector<Track>& tracks) {
+    std::size_t count = 0;
+    for (const Track& track : tracks) count += track.size();
+    problem_.observations.reserve(count);
     std::vector<std::size_t> begins;
     for (const Track& track : tracks) {
       begins.push_back(problem_.observations.size());
