@@ -14,18 +14,18 @@ ColmapImage MakeImage(const LandmarksInput& input,
   const auto frame_idx =
       static_cast<std::size_t>(keyframe.frame_idx - input.frames.front().frame_idx);
   const FrameRecord& frame = input.frames[frame_idx];
-  const FrameFeatures& features = input.features.frames[frame_idx];
+  const SiteFeatures::Frame features = input.features.GetFrame(keyframe.frame_idx);
   ColmapImage image;
   image.name = frame.color.path;
   image.camera_idx = frame.camera_idx;
   image.camera_from_map = keyframe.map_from_camera.Inverse();
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(frame.camera_idx)];
   const Camera picture = camera.Picture();
-  for (const Eigen::Vector2f& pixel : features.raw_keypoints_px) {
+  for (const Eigen::Vector2f& pixel : features->raw_keypoints_px) {
     image.keypoints_px.push_back(ResizePixel(pixel.cast<double>(), camera.color, picture));
   }
   image.keypoint_points.assign(image.keypoints_px.size(), -1);
-  if (kind == DescriptorKind::kRootSift) image.descriptors = features.descriptors;
+  if (kind == DescriptorKind::kRootSift) image.descriptors = features->descriptors;
   return image;
 }
 

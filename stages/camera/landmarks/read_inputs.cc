@@ -23,7 +23,7 @@ LandmarksInput ReadLandmarksInput(const VocabularyTree& tree, const StageContext
   }
   return {frames,
           cameras,
-          features.All(),
+          features,
           &tree,
           ReadPoses(context.Input("trajectory")),
           ReadPoses(context.Input("keyframes"))};

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pipeline/base/files.h"
+#include "pipeline/io/landmarks_io.h"
 #include "stages/camera/landmarks/colmap_export.h"
 
 namespace nightmap {
@@ -42,11 +43,13 @@ void CheckColmapOutputs(const StageContext& context) {
   }
 }
 
-void WriteColmap(const LandmarksInput& input, const LandmarkMap& map, StageContext& context) {
+void WriteColmap(const LandmarksInput& input,
+                 const std::filesystem::path& landmarks,
+                 StageContext& context) {
   const bool has_model =
       std::ranges::any_of(kModels, [&](const char* model) { return NumParts(context, model) > 0; });
   if (!has_model && !context.HasOutput("database")) return;
-  const ColmapModel model = MakeColmapModel(input, map);
+  const ColmapModel model = MakeColmapModel(input, ReadLandmarks(landmarks));
   if (has_model) {
     for (const auto& [name, bytes] : ColmapFiles(model)) {
       if (context.HasOutput(name)) WriteFile(context.Output(name), bytes);

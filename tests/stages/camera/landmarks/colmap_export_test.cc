@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/landmarks/colmap_export.h"
 
-#include "tests/landmark_scene.h"
-#include "tests/test_data.h"
+#include "tests/landmarks_run.h"
 
 namespace nightmap::colmap_export_test {
 
@@ -26,10 +25,14 @@ class ColmapExportTest : public testing::Test {
   }
   LandmarksInput Input() const {
     const std::vector<StampedPose> keyframes(scene_.poses.begin() + 2, scene_.poses.end());
-    return {
-        scene_.frames, scene_.cameras, scene_.features, &vocabulary_.tree, scene_.poses, keyframes};
+    return {scene_.frames,
+            scene_.cameras,
+            SiteFeatures(scene_.features),
+            &vocabulary_.tree,
+            scene_.poses,
+            keyframes};
   }
-  LandmarkMap Map() const { return RunLandmarks({}, Input(), NoProgress(), 1).map; }
+  LandmarkMap Map() const { return RunOnScene({}, Input()).map; }
 
   LandmarkScene scene_ = MakeLandmarkScene();
   Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
