@@ -12,18 +12,18 @@
 namespace nightmap {
 namespace {
 
-Eigen::Vector3d FeatureInMap(const Observer& observer, int feature_idx) {
-  const FeatureView feature = observer.features->Feature(feature_idx);
-  return observer.map_from_camera *
-         observer.camera->color.BackProjectUndistorted(feature.Pixel(), feature.Depth_m());
-}
-
 void SortUnique(std::vector<std::uint64_t>* values) {
   std::sort(values->begin(), values->end());
   values->erase(std::unique(values->begin(), values->end()), values->end());
 }
 
 }  // namespace
+
+Eigen::Vector3d FeatureInMap(const Observer& observer, int feature_idx) {
+  const FeatureView feature = observer.features->Feature(feature_idx);
+  return observer.map_from_camera *
+         observer.camera->color.BackProjectUndistorted(feature.Pixel(), feature.Depth_m());
+}
 
 std::vector<int> LandmarkTracker::TracksNear(const Observer& observer) const {
   std::vector<std::uint64_t> centres;

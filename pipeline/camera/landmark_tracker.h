@@ -24,6 +24,9 @@ struct Observer {
   Rigid3 map_from_camera;
 };
 
+// The point of a feature with depth.
+Eigen::Vector3d FeatureInMap(const Observer& observer, int feature_idx);
+
 struct LandmarkTrackerOptions {
   double max_error_px = 4.0;     // between a projected point and the feature that observes it
   double max_depth_error = 0.1;  // relative

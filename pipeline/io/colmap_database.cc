@@ -132,37 +132,44 @@ void InsertImages(const ColmapModel& model, const Database& database) {
     const ColmapImage& image = model.images[i];
     const auto id = static_cast<std::int64_t>(i) + 1;
     images.Number(id).Text(image.name).Number(image.camera_idx + 1).Insert();
+    const ColmapFeatures features = model.features(i);
     std::vector<float> pixels;
-    for (const Eigen::Vector2d& keypoint_px : image.keypoints_px) {
+    for (const Eigen::Vector2d& keypoint_px : features.keypoints_px) {
       const Eigen::Vector2f pixel = ToColmapPixel(keypoint_px).cast<float>();
       pixels.insert(pixels.end(), {pixel.x(), pixel.y()});
     }
-    const auto num_keypoints = static_cast<std::int64_t>(image.keypoints_px.size());
+    const auto num_keypoints = static_cast<std::int64_t>(features.keypoints_px.size());
     keypoints.Number(id)
         .Number(num_keypoints)
         .Number(2)
         .Blob(pixels.data(), pixels.size())
         .Insert();
-    if (image.descriptors.empty()) continue;
+    if (features.descriptors.empty()) continue;
     descriptors.Number(id).Number(num_keypoints).Number(kDescriptorSize);
-    descriptors.Blob(image.descriptors.data(), image.descriptors.size()).Insert();
+    descriptors.Blob(features.descriptors.data(), features.descriptors.size()).Insert();
   }
 }
 
-// Alternates keypoints of the first and the second image.
-using PairMatches = std::map<std::pair<int, int>, std::vector<std::uint32_t>>;
+// Of one image, by the second: alternates keypoints of the first and the second image, in the order
+// of the points.
+using ImageMatches = std::map<int, std::vector<std::uint32_t>>;
 
-PairMatches MatchesOfTracks(const ColmapModel& model) {
-  PairMatches matches;
-  for (const ColmapPoint& point : model.points) {
-    const auto& track = point.track;
-    for (std::size_t i = 0; i < track.size(); ++i) {
-      const std::size_t end = std::min(track.size(), i + 1 + kMaxNextMatched);
-      for (std::size_t k = i + 1; k < end; ++k) {
-        auto& pair = matches[{track[i].image_idx, track[k].image_idx}];
-        pair.push_back(static_cast<std::uint32_t>(track[i].keypoint));
-        pair.push_back(static_cast<std::uint32_t>(track[k].keypoint));
-      }
+ImageMatches MatchesOfTracks(const ColmapModel& model, int first) {
+  std::vector<int> seen;
+  for (const int point : model.images[static_cast<std::size_t>(first)].keypoint_points) {
+    if (point >= 0) seen.push_back(point);
+  }
+  std::ranges::sort(seen);
+  ImageMatches matches;
+  for (const int point : seen) {
+    const auto track = model.TrackOf(model.points[static_cast<std::size_t>(point)]);
+    const auto own = std::ranges::lower_bound(track, first, {}, &ColmapObservation::image_idx);
+    const auto next = track.subspan(static_cast<std::size_t>(own - track.begin()) + 1);
+    for (const ColmapObservation& other :
+         next.first(std::min<std::size_t>(next.size(), kMaxNextMatched))) {
+      auto& pair = matches[other.image_idx];
+      pair.push_back(static_cast<std::uint32_t>(own->keypoint));
+      pair.push_back(static_cast<std::uint32_t>(other.keypoint));
     }
   }
   return matches;
@@ -173,21 +180,22 @@ void InsertMatches(const ColmapModel& model, const Database& database) {
   Inserter matches(database, "matches", 4);
   Inserter geometries(database, "two_view_geometries", 10);
   const RowMajor unknown = RowMajor::Zero();  // of the fundamental matrix and the homography
-  for (const auto& [images, pair] : MatchesOfTracks(model)) {
-    const auto& [a, b] = images;
-    const std::int64_t pair_id = kMaxImages * (a + 1) + b + 1;
-    const auto num_matches = static_cast<std::int64_t>(pair.size() / 2);
-    const Rigid3 b_from_a = model.images[static_cast<std::size_t>(b)].camera_from_map *
-                            model.images[static_cast<std::size_t>(a)].camera_from_map.Inverse();
-    const RowMajor essential =
-        Skew(b_from_a.translation.normalized()) * b_from_a.rotation.toRotationMatrix();
-    const Eigen::Quaterniond& q = b_from_a.rotation;
-    const Eigen::Vector4d q_wxyz(q.w(), q.x(), q.y(), q.z());
-    matches.Number(pair_id).Number(num_matches).Number(2).Blob(pair.data(), pair.size()).Insert();
-    geometries.Number(pair_id).Number(num_matches).Number(2).Blob(pair.data(), pair.size());
-    geometries.Number(kCalibrated).Blob(unknown.data(), 9).Blob(essential.data(), 9);
-    geometries.Blob(unknown.data(), 9).Blob(q_wxyz.data(), 4);
-    geometries.Blob(b_from_a.translation.data(), 3).Insert();
+  for (int a = 0; a < static_cast<int>(model.images.size()); ++a) {
+    for (const auto& [b, pair] : MatchesOfTracks(model, a)) {
+      const std::int64_t pair_id = kMaxImages * (a + 1) + b + 1;
+      const auto num_matches = static_cast<std::int64_t>(pair.size() / 2);
+      const Rigid3 b_from_a = model.images[static_cast<std::size_t>(b)].camera_from_map *
+                              model.images[static_cast<std::size_t>(a)].camera_from_map.Inverse();
+      const RowMajor essential =
+          Skew(b_from_a.translation.normalized()) * b_from_a.rotation.toRotationMatrix();
+      const Eigen::Quaterniond& q = b_from_a.rotation;
+      const Eigen::Vector4d q_wxyz(q.w(), q.x(), q.y(), q.z());
+      matches.Number(pair_id).Number(num_matches).Number(2).Blob(pair.data(), pair.size()).Insert();
+      geometries.Number(pair_id).Number(num_matches).Number(2).Blob(pair.data(), pair.size());
+      geometries.Number(kCalibrated).Blob(unknown.data(), 9).Blob(essential.data(), 9);
+      geometries.Blob(unknown.data(), 9).Blob(q_wxyz.data(), 4);
+      geometries.Blob(b_from_a.translation.data(), 3).Insert();
+    }
   }
 }
 

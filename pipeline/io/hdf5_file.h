@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "pipeline/base/memory.h"
@@ -37,6 +38,8 @@ class Hdf5Writer {
   Hdf5Writer(const Hdf5Writer&) = delete;
   Hdf5Writer& operator=(const Hdf5Writer&) = delete;
 
+  // Names of arrays are below this group from now on ("a/b/"; empty: those of the file).
+  void SetGroup(std::string group) { group_ = std::move(group); }
   // `name` may hold slashes; missing groups are created.
   template <typename T>
   void Write(const std::string& name, const Array<T>& array);
@@ -56,6 +59,7 @@ class Hdf5Writer {
 
   std::filesystem::path path_;
   std::int64_t file_ = -1;
+  std::string group_;
   std::string text_hashes_;
 };
 
@@ -69,6 +73,9 @@ class Hdf5Reader {
   Hdf5Reader(const Hdf5Reader&) = delete;
   Hdf5Reader& operator=(const Hdf5Reader&) = delete;
 
+  // Names of arrays, also in errors, are below this group from now on ("a/b/"; empty: those of the
+  // file).
+  void SetGroup(std::string group) { group_ = std::move(group); }
   bool Has(const std::string& name) const;
   // Throws DataError naming file and field on a missing array, another element type, NaN or
   // infinity, another number of columns (cols = 0: any), values that are not as they were written,
@@ -118,11 +125,12 @@ class Hdf5Reader {
   std::int64_t ReadInteger(const std::string& name) const;
   std::string ReadTextOf(std::int64_t object, const std::string& name) const;
   void CheckText(const std::string& name, const std::string& text) const;
-  // Fails unless `name` and the groups on its path are members of this file.
-  void CheckLinks(const std::string& name) const;
+  // The path of an array in the file. Fails unless it and the groups on it are members of the file.
+  std::string PathOf(const std::string& name) const;
 
   std::filesystem::path path_;
   MemoryWatch memory_;
+  std::string group_;
   std::int64_t file_ = -1;
   std::uintmax_t file_bytes_ = 0;
 };

@@ -20,12 +20,8 @@ constexpr std::string_view kIsNotAsWritten = "is not as it was written (its hash
 
 template <typename T>
 bool AllFinite(const std::vector<T>& values) {
-  if constexpr (std::is_floating_point_v<T>) {
-    for (const T value : values) {
-      if (!std::isfinite(value)) return false;
-    }
-  }
-  return true;
+  if constexpr (!std::is_floating_point_v<T>) return true;
+  return std::ranges::all_of(values, [](T value) { return std::isfinite(value); });
 }
 
 // No zeros or control characters except tab and line breaks, so that it prints unchanged.
@@ -153,13 +149,13 @@ void Hdf5Reader::CheckText(const std::string& name, const std::string& text) con
 }
 
 bool Hdf5Reader::Has(const std::string& name) const {
-  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+  return H5Lexists(file_, (group_ + name).c_str(), H5P_DEFAULT) > 0;
 }
 
 void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
   memory_.Check(path_.string());
   throw ArtifactError(
-      "{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
+      "{}: field '{}{}' {}; delete the file and run make", path_.string(), group_, field, why);
 }
 
 void Hdf5Reader::DemandIndices(const std::vector<std::vector<int>>& lists,
@@ -175,28 +171,31 @@ void Hdf5Reader::DemandIndices(const std::vector<std::vector<int>>& lists,
 
 void Hdf5Reader::FailRow(std::string_view field, std::size_t row, std::string_view what) const {
   memory_.Check(path_.string());
-  throw ArtifactError("{}: row {} holds {} in field '{}'; delete the file and run make",
+  throw ArtifactError("{}: row {} holds {} in field '{}{}'; delete the file and run make",
                       path_.string(),
                       row,
                       what,
+                      group_,
                       field);
 }
 
-void Hdf5Reader::CheckLinks(const std::string& name) const {
+std::string Hdf5Reader::PathOf(const std::string& name) const {
+  const std::string path = group_ + name;
   for (std::size_t end = 0; end != std::string::npos;) {
-    end = name.find('/', end + 1);
+    end = path.find('/', end + 1);
     H5L_info_t link;
-    if (H5Lget_info(file_, name.substr(0, end).c_str(), &link, H5P_DEFAULT) < 0) {
+    if (H5Lget_info(file_, path.substr(0, end).c_str(), &link, H5P_DEFAULT) < 0) {
       Fail(name, "is missing");
     }
     if (link.type != H5L_TYPE_HARD) Fail(name, "is a link to elsewhere, not an array of this file");
   }
+  return path;
 }
 
 template <typename T>
 Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
-  CheckLinks(name);
-  const Hdf5Handle dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const std::string path = PathOf(name);
+  const Hdf5Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!dataset.Valid()) Fail(name, "is missing");
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
   if (H5Tequal(type, NativeHdf5Type<T>()) <= 0) Fail(name, "has another element type");
@@ -225,7 +224,7 @@ Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
   }
   const std::string_view bytes(reinterpret_cast<const char*>(array.values.data()),
                                array.values.size() * sizeof(T));
-  Demand(ReadTextOf(dataset, kHdf5HashName) == HashOfHdf5Array(name, array.rows, array.cols, bytes),
+  Demand(ReadTextOf(dataset, kHdf5HashName) == HashOfHdf5Array(path, array.rows, array.cols, bytes),
          name,
          kIsNotAsWritten);
   if (!AllFinite(array.values)) Fail(name, "holds NaN or infinity");

@@ -96,7 +96,8 @@ void Hdf5Writer::Close() {
 }
 
 template <typename T>
-void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
+void Hdf5Writer::Write(const std::string& name_in_group, const Array<T>& array) {
+  const std::string name = group_ + name_in_group;
   if (array.values.size() != array.rows * array.cols) {
     throw DataError("{}: array '{}' has {} values, {} x {} are announced",
                     path_.string(),

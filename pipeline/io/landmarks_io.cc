@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/landmarks_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
 
 #include "pipeline/io/hdf5_table.h"
 
@@ -9,8 +14,8 @@ namespace nightmap {
 namespace {
 
 constexpr char kLandmarksFormat[] = "nightmap.landmarks";
-constexpr int kLandmarksVersion = 2;  // 2: observations/feature_idx
-constexpr std::size_t kMaxWordLevels = 64;
+constexpr int kLandmarksVersion = 3;  // 3: regions
+constexpr int kMaxWordLevels = 64;
 constexpr char kUnits[] = "metres, map frame (z up); quaternions x y z w; times in nanoseconds";
 
 constexpr auto kPositions =
@@ -30,10 +35,37 @@ constexpr auto kLandmarkKeyframes = Hdf5Table<std::vector<int>>(
 constexpr auto kLandmarkFeatures = Hdf5Table<int>(
     Hdf5Column("observations/feature_idx", kItself).Elements(kNotNegative, "is negative"));
 
-void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
+// In the file, a region without a bound has the largest number there.
+constexpr double kFarthest_m = std::numeric_limits<double>::max();
+constexpr auto kRegions = Hdf5Table<LandmarkRegion>(
+    Hdf5Column("regions/min_m", MemberOf(&LandmarkRegion::box, &Rectangle::min_m)),
+    Hdf5Column("regions/max_m", MemberOf(&LandmarkRegion::box, &Rectangle::max_m))
+        .Rows(
+            [](const LandmarkRegion& r) {
+              return (r.box.min_m.array() < r.box.max_m.array()).all();
+            },
+            "is not above the minimum"),
+    Hdf5Column("regions/num_landmarks", &LandmarkRegion::num_landmarks)
+        .Elements(kNotNegative, "is negative"),
+    Hdf5Lists("regions/keyframe_offsets",
+              &LandmarkRegion::keyframes,
+              Hdf5Table<int>(Hdf5Column("regions/keyframe_idx", kItself))));
+
+std::string GroupOf(std::size_t region) { return fmt::format("region_{}/", region); }
+
+// Keyframes that see any landmark, ascending.
+std::vector<int> SeeingKeyframes(const LandmarkMap& map) {
+  std::vector<int> seeing = Flattened(map.landmark_keyframes, std::identity());
+  std::ranges::sort(seeing);
+  const auto rest = std::ranges::unique(seeing);
+  seeing.erase(rest.begin(), rest.end());
+  return seeing;
+}
+
+void ReadObservations(const Hdf5Reader& reader, std::size_t num_keyframes, LandmarkMap* map) {
   map->landmark_keyframes = kLandmarkKeyframes.Read(reader);
   const auto features = kLandmarkFeatures.Read(reader);
-  reader.DemandIndices(map->landmark_keyframes, map->keyframes.size(), "observations/keyframe_idx");
+  reader.DemandIndices(map->landmark_keyframes, num_keyframes, "observations/keyframe_idx");
   reader.Demand(map->landmark_keyframes.size() == map->positions_in_map.size(),
                 "observations/offsets",
                 "has another length");
@@ -80,68 +112,112 @@ void ReadDescriptors(const Hdf5Reader& reader, LandmarkMap* map) {
   const std::size_t num_descriptors = map->descriptor_landmarks.size();
   reader.Demand(values.rows == num_descriptors, "descriptors/values", "has another length");
   reader.Demand(
-      words.rows == num_descriptors && words.cols > 0, "descriptors/words", "has another length");
-  reader.Demand(words.cols <= kMaxWordLevels, "descriptors/words", "has too many levels");
+      words.rows == num_descriptors && words.cols == static_cast<std::size_t>(map->num_word_levels),
+      "descriptors/words",
+      "has another length");
   CheckEveryLandmarkDescribed(reader, *map);
   for (const std::int32_t word : words.values) {
     reader.Demand(word >= 0, "descriptors/words", "is negative");
   }
   map->descriptors = std::move(values.values);
-  map->num_word_levels = static_cast<int>(words.cols);
   map->words = std::move(words.values);
+}
+
+LandmarkMap ReadHead(const Hdf5Reader& reader) {
+  LandmarkMap head;
+  const auto kind = reader.ReadOne<std::int32_t>("kind");
+  reader.Demand(kind >= 0 && kind <= 2, "kind", "is not known");
+  head.kind = static_cast<DescriptorKind>(kind);
+  head.extraction = reader.ReadText("extraction");
+  head.num_word_levels = reader.ReadOne<std::int32_t>("num_word_levels");
+  reader.Demand(head.num_word_levels > 0, "num_word_levels");
+  reader.Demand(head.num_word_levels <= kMaxWordLevels, "num_word_levels", "is too many levels");
+  head.keyframes = kMapKeyframes.Read(reader);
+  return head;
+}
+
+std::vector<LandmarkRegion> ReadRegions(const Hdf5Reader& reader, std::size_t num_keyframes) {
+  auto regions = kRegions.Read(reader);
+  std::int64_t left = std::numeric_limits<int>::max();
+  for (const LandmarkRegion& region : regions) {
+    reader.Demand(region.num_landmarks <= left, "regions/num_landmarks", "is too many");
+    left -= region.num_landmarks;
+    reader.DemandIndices({region.keyframes}, num_keyframes, "regions/keyframe_idx");
+  }
+  return regions;
+}
+
+void CheckIsOfRegion(const Hdf5Reader& reader,
+                     const LandmarkRegion& region,
+                     const LandmarkMap& map) {
+  reader.Demand(map.NumLandmarks() == region.num_landmarks,
+                "landmarks/position_in_map_m",
+                "has another length than regions/num_landmarks says");
+  for (const Eigen::Vector3d& position : map.positions_in_map) {
+    reader.Demand(region.box.Contains(position.head<2>()),
+                  "landmarks/position_in_map_m",
+                  "lies outside of the region");
+  }
+  reader.Demand(SeeingKeyframes(map) == region.keyframes,
+                "observations/keyframe_idx",
+                "has other keyframes than regions/keyframe_idx says");
 }
 
 }  // namespace
 
-std::vector<std::vector<int>> LandmarkMap::KeyframeLandmarks() const {
-  std::vector<std::vector<int>> lists(keyframes.size());
-  for (int i = 0; i < NumLandmarks(); ++i) {
-    for (const int keyframe : landmark_keyframes[static_cast<std::size_t>(i)]) {
-      lists[static_cast<std::size_t>(keyframe)].push_back(i);
-    }
-  }
-  return lists;
+LandmarksWriter::LandmarksWriter(const std::filesystem::path& path,
+                                 const LandmarkMap& head,
+                                 const std::string& config)
+    : file_(path, kLandmarksFormat, kLandmarksVersion, config, kUnits) {
+  file_.WriteText("extraction", head.extraction);
+  file_.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(head.kind)});
+  file_.WriteList<std::int32_t>("num_word_levels", {head.num_word_levels});
+  kMapKeyframes.Write(head.keyframes, &file_);
 }
 
-std::vector<int> LandmarkMap::DescriptorOffsets() const {
-  std::vector<int> offsets(positions_in_map.size() + 1, NumDescriptors());
-  for (int i = NumDescriptors() - 1; i >= 0; --i) {
-    offsets[static_cast<std::size_t>(descriptor_landmarks[static_cast<std::size_t>(i)])] = i;
-  }
-  return offsets;
+void LandmarksWriter::Write(const Rectangle& box, const LandmarkMap& region) {
+  file_.SetGroup(GroupOf(regions_.size()));
+  kPositions.Write(region.positions_in_map, &file_);
+  kPositionSigmas.Write(region.position_sigmas_m, &file_);
+  const std::size_t rows = region.descriptor_landmarks.size();
+  const auto size = static_cast<std::size_t>(DescriptorSize(region.kind));
+  file_.Write("descriptors/values", Array<std::uint8_t>{rows, size, region.descriptors});
+  file_.WriteList<std::int32_t>("descriptors/landmark_idx", region.descriptor_landmarks);
+  const auto num_levels = static_cast<std::size_t>(region.num_word_levels);
+  file_.Write("descriptors/words", Array<std::int32_t>{rows, num_levels, region.words});
+  kLandmarkKeyframes.Write(region.landmark_keyframes, &file_);
+  kLandmarkFeatures.Write(Flattened(region.landmark_features, std::identity()), &file_);
+  const Rectangle finite{box.min_m.cwiseMax(-kFarthest_m), box.max_m.cwiseMin(kFarthest_m)};
+  regions_.push_back({finite, region.NumLandmarks(), SeeingKeyframes(region)});
 }
 
-void WriteLandmarks(const std::filesystem::path& path,
-                    const LandmarkMap& map,
-                    const std::string& config) {
-  Hdf5Writer writer(path, kLandmarksFormat, kLandmarksVersion, config, kUnits);
-  writer.WriteText("extraction", map.extraction);
-  writer.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(map.kind)});
-  kPositions.Write(map.positions_in_map, &writer);
-  kPositionSigmas.Write(map.position_sigmas_m, &writer);
-  const std::size_t rows = map.descriptor_landmarks.size();
-  const auto size = static_cast<std::size_t>(DescriptorSize(map.kind));
-  writer.Write("descriptors/values", Array<std::uint8_t>{rows, size, map.descriptors});
-  writer.WriteList<std::int32_t>("descriptors/landmark_idx", map.descriptor_landmarks);
-  const auto num_levels = static_cast<std::size_t>(map.num_word_levels);
-  writer.Write("descriptors/words", Array<std::int32_t>{rows, num_levels, map.words});
-  kMapKeyframes.Write(map.keyframes, &writer);
-  kLandmarkKeyframes.Write(map.landmark_keyframes, &writer);
-  kLandmarkFeatures.Write(Flattened(map.landmark_features, std::identity()), &writer);
-  writer.Close();
+void LandmarksWriter::Close() {
+  file_.SetGroup("");
+  kRegions.Write(regions_, &file_);
+  file_.Close();
+}
+
+LandmarksReader::LandmarksReader(const std::filesystem::path& path)
+    : file_(path, kLandmarksFormat, kLandmarksVersion),
+      head_(ReadHead(file_)),
+      regions_(ReadRegions(file_, head_.keyframes.size())) {}
+
+LandmarkMap LandmarksReader::Read(std::size_t region) {
+  file_.SetGroup(GroupOf(region));
+  LandmarkMap map;
+  map.kind = head_.kind;
+  map.num_word_levels = head_.num_word_levels;
+  ReadPositions(file_, &map);
+  ReadDescriptors(file_, &map);
+  ReadObservations(file_, head_.keyframes.size(), &map);
+  CheckIsOfRegion(file_, regions_.at(region), map);
+  return map;
 }
 
 LandmarkMap ReadLandmarks(const std::filesystem::path& path) {
-  const Hdf5Reader reader(path, kLandmarksFormat, kLandmarksVersion);
-  LandmarkMap map;
-  const auto kind = reader.ReadOne<std::int32_t>("kind");
-  reader.Demand(kind >= 0 && kind <= 2, "kind", "is not known");
-  map.kind = static_cast<DescriptorKind>(kind);
-  map.extraction = reader.ReadText("extraction");
-  ReadPositions(reader, &map);
-  ReadDescriptors(reader, &map);
-  map.keyframes = kMapKeyframes.Read(reader);
-  ReadObservations(reader, &map);
+  LandmarksReader reader(path);
+  LandmarkMap map = reader.Head();
+  for (std::size_t i = 0; i < reader.Regions().size(); ++i) AppendLandmarks(reader.Read(i), &map);
   return map;
 }
 

@@ -1,60 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-// landmarks.h5: the sparse 3-D map that pictures are localized against.
+// landmarks.h5: the landmark map, region by region. A writer holds one region at a time, and a
+// reader reads those that it needs.
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/features_io.h"
+#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/landmark_map.h"
 
 namespace nightmap {
 
-struct MapKeyframe {
-  int frame_idx = 0;
-  std::int64_t time_ns = 0;
-  Rigid3 map_from_camera;
+class LandmarksWriter {
+ public:
+  // `head` is the map without landmarks. `config` is the effective config that the artifact
+  // carries. All throw DataError naming file and field.
+  LandmarksWriter(const std::filesystem::path& path,
+                  const LandmarkMap& head,
+                  const std::string& config);
+  // Regions in order. `region` has the landmarks that lie in `box`; keyframes are those of the
+  // head.
+  void Write(const Rectangle& box, const LandmarkMap& region);
+  void Close();
+
+ private:
+  Hdf5Writer file_;
+  std::vector<LandmarkRegion> regions_;
 };
 
-struct LandmarkMap {
-  DescriptorKind kind = DescriptorKind::kRootSift;
-  std::string extraction;  // TOML of the ExtractionOptions; queries must use the same
-  std::vector<Eigen::Vector3d> positions_in_map;
-  std::vector<float> position_sigmas_m;
-  std::vector<std::uint8_t> descriptors;  // row by row
-  std::vector<int> descriptor_landmarks;  // landmark of each descriptor, ascending
-  int num_word_levels = 1;
-  std::vector<int> words;  // num_word_levels per descriptor; the leaf is repeated
-  std::vector<MapKeyframe> keyframes;
-  std::vector<std::vector<int>> landmark_keyframes;  // keyframes that see each landmark, ascending
-  // Feature of each of these keyframes that shows it.
-  std::vector<std::vector<int>> landmark_features;
+// Not thread-safe.
+class LandmarksReader {
+ public:
+  // Reads what is not of one region. Throws DataError naming file and field, like Read.
+  explicit LandmarksReader(const std::filesystem::path& path);
 
-  int NumLandmarks() const { return static_cast<int>(positions_in_map.size()); }
-  int NumDescriptors() const { return static_cast<int>(descriptor_landmarks.size()); }
-  const std::uint8_t* Descriptor(int i) const {
-    return &descriptors[static_cast<std::size_t>(i) *
-                        static_cast<std::size_t>(DescriptorSize(kind))];
-  }
-  // Vocabulary node of a descriptor at a level (1 is just below the root).
-  int Word(int descriptor, int level) const {
-    return words[static_cast<std::size_t>(descriptor) * static_cast<std::size_t>(num_word_levels) +
-                 static_cast<std::size_t>(level - 1)];
-  }
-  // The transpose of landmark_keyframes.
-  std::vector<std::vector<int>> KeyframeLandmarks() const;
-  // Index of each landmark's first descriptor, then the number of descriptors.
-  std::vector<int> DescriptorOffsets() const;
+  // The map without landmarks: kind, extraction, levels, keyframes.
+  const LandmarkMap& Head() const { return head_; }
+  const std::vector<LandmarkRegion>& Regions() const { return regions_; }
+  // The landmarks of a region. Their keyframes are those of the head, which the result leaves out.
+  // Those of all regions, in order, are the map's.
+  LandmarkMap Read(std::size_t region);
+
+ private:
+  Hdf5Reader file_;
+  LandmarkMap head_;
+  std::vector<LandmarkRegion> regions_;
 };
 
-// `config` is the effective config that the artifact carries. Both throw DataError naming file and
-// field.
-void WriteLandmarks(const std::filesystem::path& path,
-                    const LandmarkMap& map,
-                    const std::string& config);
+// The whole map. Throws DataError naming file and field.
 LandmarkMap ReadLandmarks(const std::filesystem::path& path);
 
 }  // namespace nightmap

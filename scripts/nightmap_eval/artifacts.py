@@ -33,6 +33,19 @@ def read_hdf5(path, *names):
         return [checked_array(path, file, name) for name in names]
 
 
+def read_landmarks(path, *names):
+    """Arrays of landmarks.h5, those of all regions one behind the other; offsets and indices of landmarks count on."""
+    with _open_hdf5(path) as file:
+        first = np.cumsum([0, *checked_array(path, file, "regions/num_landmarks").ravel()])
+        parts = {name: [checked_array(path, file, f"region_{i}/{name}") for i in range(len(first) - 1)] for name in names}
+        if "descriptors/landmark_idx" in parts:
+            parts["descriptors/landmark_idx"] = [part + n for part, n in zip(parts["descriptors/landmark_idx"], first)]
+        if "observations/offsets" in parts:
+            counts = np.concatenate([np.diff(part, axis=0) for part in parts["observations/offsets"]])
+            parts["observations/offsets"] = [np.zeros((1, 1), np.int64), np.cumsum(counts, axis=0)]
+        return [np.concatenate(parts[name]) for name in names]
+
+
 def read_sensor_ids(path):
     (offsets,) = read_hdf5(path, "sample_offset")
     with _open_hdf5(path) as file:

@@ -15,12 +15,14 @@ import h5py
 import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.artifacts import read_hdf5, read_landmarks
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
 NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations
 APART_M = 1000.0  # gap between a map and the next copy
+FARTHEST_M = np.finfo(np.float64).max  # where a region has no bound
 
 
 @dataclass
@@ -43,17 +45,16 @@ class SparseMap:
 
 def read_map(path):
     """Reads landmarks.h5; only SIFT's descriptors have cells."""
-    with h5py.File(path) as file:
-        if file["kind"][0, 0] != 0:
-            raise DataError(f"{path}: made with another detector than sift")
-        counts = np.diff(np.ravel(file["observations/offsets"]))
-        landmarks = np.repeat(np.arange(len(counts)), counts)
-        return SparseMap(
-            file["landmarks/position_in_map_m"][:], np.ravel(file["landmarks/position_sigma_m"]),
-            file["descriptors/values"][:], np.ravel(file["descriptors/landmark_idx"]),
-            file["keyframes/map_from_camera"][:],
-            np.column_stack([landmarks, np.ravel(file["observations/keyframe_idx"])]),
-        )  # fmt: skip
+    kind, poses = read_hdf5(path, "kind", "keyframes/map_from_camera")
+    if kind[0, 0] != 0:
+        raise DataError(f"{path}: made with another detector than sift")
+    positions_m, sigmas_m, offsets, keyframes, descriptors, idxs = read_landmarks(
+        path, "landmarks/position_in_map_m", "landmarks/position_sigma_m", "observations/offsets",
+        "observations/keyframe_idx", "descriptors/values", "descriptors/landmark_idx",
+    )  # fmt: skip
+    counts = np.diff(offsets.ravel())
+    seen = np.column_stack([np.repeat(np.arange(len(counts)), counts), keyframes.ravel()])
+    return SparseMap(positions_m, sigmas_m.ravel(), descriptors, idxs.ravel(), poses, seen)
 
 
 def thin(sparse, count, rng):
@@ -161,12 +162,13 @@ def word_paths(tree, descriptors):
 
 def _put(file, name, values, dtype):
     values = np.asarray(values, dtype=dtype)
-    del file[name]
+    if name in file:
+        del file[name]
     file.create_dataset(name, data=values.reshape(len(values), -1), track_times=False)
 
 
 def write_map(template, vocabulary, sparse, num_base_keyframes, path):
-    """Writes landmarks.h5 like `template` with the landmarks of `sparse`. Keyframes beyond the base's become new
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse` in one region. Keyframes beyond the base's become new
     frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
     paths = word_paths(vocabulary["tree"], sparse.descriptors)
     num_added = len(sparse.poses) - num_base_keyframes
@@ -179,15 +181,23 @@ def write_map(template, vocabulary, sparse, num_base_keyframes, path):
         _put(file, "keyframes/frame_idx", np.r_[frames, num_frames + added], np.int32)
         _put(file, "keyframes/time_ns", np.r_[times_ns, times_ns.max() + 1 + added], np.int64)
         _put(file, "keyframes/map_from_camera", sparse.poses, np.float64)
-        _put(file, "landmarks/position_in_map_m", sparse.positions_m, np.float64)
-        _put(file, "landmarks/position_sigma_m", sparse.sigmas_m, np.float32)
-        _put(file, "descriptors/values", sparse.descriptors, np.uint8)
-        _put(file, "descriptors/landmark_idx", sparse.landmark_idxs, np.int32)
-        _put(file, "descriptors/words", paths, np.int32)
+        for name in [name for name in file if name.startswith("region")]:
+            del file[name]
+        _put(file, "regions/min_m", [[-FARTHEST_M] * 2], np.float64)
+        _put(file, "regions/max_m", [[FARTHEST_M] * 2], np.float64)
+        _put(file, "regions/num_landmarks", [len(sparse)], np.int64)
+        keyframes = np.unique(sparse.seen[:, 1])
+        _put(file, "regions/keyframe_offsets", [0, len(keyframes)], np.int64)
+        _put(file, "regions/keyframe_idx", keyframes, np.int32)
+        _put(file, "region_0/landmarks/position_in_map_m", sparse.positions_m, np.float64)
+        _put(file, "region_0/landmarks/position_sigma_m", sparse.sigmas_m, np.float32)
+        _put(file, "region_0/descriptors/values", sparse.descriptors, np.uint8)
+        _put(file, "region_0/descriptors/landmark_idx", sparse.landmark_idxs, np.int32)
+        _put(file, "region_0/descriptors/words", paths, np.int32)
         counts = np.bincount(sparse.seen[:, 0], minlength=len(sparse))
-        _put(file, "observations/offsets", np.r_[0, np.cumsum(counts)], np.int64)
-        _put(file, "observations/keyframe_idx", sparse.seen[:, 1], np.int32)
-        _put(file, "observations/feature_idx", np.zeros(len(sparse.seen)), np.int32)
+        _put(file, "region_0/observations/offsets", np.r_[0, np.cumsum(counts)], np.int64)
+        _put(file, "region_0/observations/keyframe_idx", sparse.seen[:, 1], np.int32)
+        _put(file, "region_0/observations/feature_idx", np.zeros(len(sparse.seen)), np.int32)
     return paths
 
 

@@ -20,13 +20,29 @@ ColmapModel MakeModel() {
   model.cameras[1].p2 = 0.0625;
   model.cameras[1].k3 = 2;
   const Rigid3 half_turn{Eigen::Quaterniond(0, 0, 1, 0), {1, 2, 3}};
-  model.images.push_back({"a/1.png", 0, {}, {{0, 0}, {10, 20.25}}, {1, 0}, {}});
-  model.images.push_back({"a/2.png", 1, half_turn, {{5, 6}, {7, 8}, {9, 10}}, {-1, -1, 1}, {}});
-  model.images[0].descriptors.assign(2 * 128, 7);
-  model.images[1].descriptors.assign(3 * 128, 9);
-  model.points.push_back({{0.5, 1, 2}, 0.75, {{0, 1}}});
-  model.points.push_back({{-1, 0, 4}, 0.25, {{0, 0}, {1, 2}}});
+  model.images.push_back({"a/1.png", 0, {}});
+  model.images.push_back({"a/2.png", 1, half_turn});
+  model.features = [](std::size_t i) {
+    return i == 0
+               ? ColmapFeatures{{{0, 0}, {10, 20.25}}, std::vector<std::uint8_t>(2 * 128, 7)}
+               : ColmapFeatures{{{5, 6}, {7, 8}, {9, 10}}, std::vector<std::uint8_t>(3 * 128, 9)};
+  };
+  model.AddPoint({0.5, 1, 2}, 0.75, {{0, 1}});
+  model.AddPoint({-1, 0, 4}, 0.25, {{0, 0}, {1, 2}});
   return model;
+}
+
+std::map<std::string, std::string> ColmapFiles(const ColmapModel& model) {
+  const TemporaryFolder folder;
+  std::map<std::string, std::filesystem::path> paths;
+  for (const std::string name : {"cameras", "images", "points3D"}) {
+    for (const std::string suffix : {".txt", ".bin"})
+      paths[name + suffix] = folder / (name + suffix);
+  }
+  WriteColmapFiles(model, paths);
+  std::map<std::string, std::string> files;
+  for (const auto& [name, path] : paths) files[name] = ReadBytes(path);
+  return files;
 }
 
 // Takes values off the front of the bytes.
@@ -150,6 +166,16 @@ TEST(ColmapIoTest, BinaryPointsHoldTheSameAsText) {
   EXPECT_TRUE(bytes.IsAtEnd());
 }
 
+TEST(ColmapIoTest, WritesOnlyWhatHasAPathAndSaysWhereItCannot) {
+  const std::string points = ColmapFiles(MakeModel()).at("points3D.bin");
+  const TemporaryFolder folder;
+  WriteColmapFiles(MakeModel(), {{"points3D.bin", folder / "p"}});
+  EXPECT_EQ(ReadBytes(folder / "p"), points);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        WriteColmapFiles(MakeModel(), {{"images.txt", folder / "missing/i.txt"}}),
+                        "missing/i.txt");
+}
+
 TEST(ColmapIoTest, MeanErrorIsThatOfThePoints) {
   EXPECT_EQ(MakeModel().MeanReprojectionError_px(), 0.5);
   EXPECT_EQ(ColmapModel{}.MeanReprojectionError_px(), 0);
@@ -250,11 +276,13 @@ TEST_F(ColmapDatabaseTest, ReplacesAFileAndGivesTheSameBytes) {
 }
 
 TEST_F(ColmapDatabaseTest, LongTracksCostInProportion) {
-  model_.images.assign(50, {"", 0, {}, {{1, 1}}, {0}, {}});
+  model_ = {model_.cameras, std::vector<ColmapImage>(50), {}, {}, {}};
+  model_.features = [](std::size_t) { return ColmapFeatures{{{1, 1}}, {}}; };
   for (int i = 0; i < 50; ++i)
     model_.images[static_cast<std::size_t>(i)].name = fmt::format("{}", i);
-  model_.points.assign(1, {});
-  for (int i = 0; i < 50; ++i) model_.points[0].track.push_back({i, 0});
+  std::vector<ColmapObservation> track;
+  for (int i = 0; i < 50; ++i) track.push_back({i, 0});
+  model_.AddPoint({}, 0, track);
   WriteColmapDatabase(path_, model_);
   const int num_pairs = 50 * kMaxNextMatched - kMaxNextMatched * (kMaxNextMatched + 1) / 2;
   EXPECT_EQ(Select("SELECT count(*) FROM matches"),

@@ -6,7 +6,6 @@
 #include "pipeline/io/edges_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/labels_io.h"
-#include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/masks_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
@@ -14,6 +13,7 @@
 #include "pipeline/recording/signals_io.h"
 #include "tests/io/artifact_damage.h"
 #include "tests/io/hdf5_damage.h"
+#include "tests/landmarks_file.h"
 
 namespace nightmap::hdf5_formats_test {
 
@@ -172,7 +172,7 @@ std::vector<Format> Formats() {
       FormatOf("nightmap odometry", 1, SomeOdometry(), WriteOdometry, ReadOdometry),
       FormatOf("nightmap edges", 1, SomeEdges(), WriteEdges, ReadEdges),
       FormatOf("nightmap features", 2, SomeFeatures(), WriteFeatures, kReadFeatures),
-      FormatOf("nightmap.landmarks", 2, SomeLandmarks(), WriteLandmarks, ReadLandmarks),
+      FormatOf("nightmap.landmarks", 3, SomeLandmarks(), WriteLandmarks, ReadLandmarks),
       FormatOf("nightmap labels", 2, SomeLabels(), WriteLabels, ReadLabels),
       FormatOf("nightmap masks", 1, SomeMasks(), WriteMasks, ReadMasks),
       FormatOf("nightmap voxel labels", 1, SomeVoxels(), WriteVoxelLabels, ReadVoxelLabels),

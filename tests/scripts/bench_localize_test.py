@@ -22,7 +22,7 @@ paths = dict(argument.split("=", 1) for argument in sys.argv if "=" in argument)
 outs = [a.split("=", 1) for flag, a in zip(sys.argv, sys.argv[1:]) if flag == "--out"]
 out = dict(outs)
 landmarks = [a for a in sys.argv if a.startswith("landmarks=")][0].split("=", 1)[1]
-size = len(h5py.File(landmarks)["landmarks/position_sigma_m"])
+size = len(h5py.File(landmarks)["region_0/landmarks/position_sigma_m"])
 assert len(h5py.File(paths["vocabulary"])["frames/word_offsets"]) >= 7
 parts = [["read", 1], ["extract", 0.1], ["locate", 0.0001 * size], ["extract", 0.1], ["locate", 0.0001 * size]]
 json.dump({"parts": [{"name": n, "wall_time_s": 9, "cpu_time_s": s} for n, s in parts]}, open(out["receipt"], "w"))
@@ -50,16 +50,16 @@ def write_site(site_dir, seed=0, kind=0):
     poses = np.tile([0, 0, 0, 0, 0, 0, 1.0], (NUM_KEYFRAMES, 1))
     centres = np.minimum(255, 45 * np.abs(rng.normal(size=(len(NODES), 128)))).astype(np.uint8)
     write(site_dir / "landmarks" / "landmarks.h5", "nightmap.landmarks", {
-        "kind": np.array([kind], np.int32),
-        "landmarks/position_in_map_m": rng.normal(size=(NUM_LANDMARKS, 3)),
-        "landmarks/position_sigma_m": np.full(NUM_LANDMARKS, 0.01, np.float32),
-        "descriptors/values": descriptors, "descriptors/landmark_idx": of.astype(np.int32),
-        "descriptors/words": np.zeros((len(of), 2), np.int32),
+        "kind": np.array([kind], np.int32), "regions/num_landmarks": np.array([NUM_LANDMARKS], np.int64),
+        "region_0/landmarks/position_in_map_m": rng.normal(size=(NUM_LANDMARKS, 3)),
+        "region_0/landmarks/position_sigma_m": np.full(NUM_LANDMARKS, 0.01, np.float32),
+        "region_0/descriptors/values": descriptors, "region_0/descriptors/landmark_idx": of.astype(np.int32),
+        "region_0/descriptors/words": np.zeros((len(of), 2), np.int32),
         "keyframes/frame_idx": np.array([0, 2, 3, 5], np.int32),
         "keyframes/time_ns": np.array([10, 20, 30, 40], np.int64), "keyframes/map_from_camera": poses,
-        "observations/offsets": np.r_[0, np.cumsum(counts)],
-        "observations/keyframe_idx": np.concatenate(seen).astype(np.int32),
-        "observations/feature_idx": np.zeros(sum(counts), np.int32),
+        "region_0/observations/offsets": np.r_[0, np.cumsum(counts)],
+        "region_0/observations/keyframe_idx": np.concatenate(seen).astype(np.int32),
+        "region_0/observations/feature_idx": np.zeros(sum(counts), np.int32),
     })  # fmt: skip
     write(site_dir / "vocabulary" / "vocabulary.h5", "nightmap.vocabulary", {
         "tree/kind": np.array([0], np.int32), "tree/depth": np.array([2], np.int32),

@@ -94,10 +94,15 @@ class FieldsTest(SiteFolderTest):
     def write_landmarks(self, keyframes, stray_m=1.1):
         (self.site_dir / "landmarks").mkdir(parents=True)
         with sealed(self.site_dir / "landmarks/landmarks.h5") as file:
-            file["landmarks/position_in_map_m"] = np.array([[0.1, 0.1, 1], [0.2, 0.1, 1], [stray_m, 0.1, 1]])
-            file["landmarks/position_sigma_m"] = np.array([[0.01], [0.03], [0.2]], np.float32)
-            file["observations/offsets"] = np.array([[0], [2], [4], [5]])
-            file["observations/keyframe_idx"] = np.array(keyframes, np.int32)[:, None]
+            file["regions/num_landmarks"] = np.array([[2], [0], [1]])
+            positions_m = np.array([[0.1, 0.1, 1], [0.2, 0.1, 1], [stray_m, 0.1, 1]])
+            sigmas_m, keyframes = np.array([[0.01], [0.03], [0.2]], np.float32), np.array(keyframes, np.int32)[:, None]
+            regions = [(slice(0, 2), slice(0, 4), [0, 2, 4]), (slice(0, 0), slice(0, 0), [0]), (slice(2, 3), slice(4, 5), [0, 1])]
+            for i, (landmarks, observations, offsets) in enumerate(regions):
+                file[f"region_{i}/landmarks/position_in_map_m"] = positions_m[landmarks]
+                file[f"region_{i}/landmarks/position_sigma_m"] = sigmas_m[landmarks]
+                file[f"region_{i}/observations/offsets"] = np.array(offsets)[:, None]
+                file[f"region_{i}/observations/keyframe_idx"] = keyframes[observations]
 
     def fields(self):
         site = Site(self.site_dir)

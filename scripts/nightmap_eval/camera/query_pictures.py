@@ -5,7 +5,7 @@ query, and where they are in the keyframe. A pose that is right puts them on the
 import numpy as np
 
 from nightmap_eval import html
-from nightmap_eval.artifacts import Frames, read_hdf5, to_ints
+from nightmap_eval.artifacts import Frames, read_hdf5, read_landmarks, to_ints
 from nightmap_eval.camera.picture_pairs import Keypoints, pair_picture
 from nightmap_eval.trajectory import rotation_matrices
 from nightmap_site.checked_reading import NUMBER, read_csv, read_object, using
@@ -49,9 +49,9 @@ class SeenLandmarks:
 
     def __init__(self, site):
         path = site.path("landmarks", "landmarks")
-        self.positions_m, offsets, keyframes, features, frame_idxs, times_ns = read_hdf5(
-            path, "landmarks/position_in_map_m", "observations/offsets", "observations/keyframe_idx", "observations/feature_idx",
-            "keyframes/frame_idx", "keyframes/time_ns")  # fmt: skip
+        self.positions_m, offsets, keyframes, features = read_landmarks(
+            path, "landmarks/position_in_map_m", "observations/offsets", "observations/keyframe_idx", "observations/feature_idx")
+        frame_idxs, times_ns = read_hdf5(path, "keyframes/frame_idx", "keyframes/time_ns")
         with using(path):
             self.keyframes, self.features = keyframes.ravel(), features.ravel()
             self.landmarks = np.repeat(np.arange(len(self.positions_m)), np.diff(offsets.ravel()))

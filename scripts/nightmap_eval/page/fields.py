@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nightmap_eval.artifacts import read_csv, read_hdf5
+from nightmap_eval.artifacts import read_csv, read_hdf5, read_landmarks
 from nightmap_site.checked_reading import using
 from nightmap_site.unit_lists import read_tiles, whole
 
@@ -71,7 +71,7 @@ def _landmarks(site, plan):
     path = site.made("landmarks", "landmarks")
     if not path:
         return
-    positions_m, sigmas_m, offsets, keyframes = read_hdf5(
+    positions_m, sigmas_m, offsets, keyframes = read_landmarks(
         path, "landmarks/position_in_map_m", "landmarks/position_sigma_m", "observations/offsets", "observations/keyframe_idx")
     with using(path):
         counts = np.diff(offsets.ravel())

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/landmarks/colmap_export.h"
 
+#include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "pipeline/io/resize_picture.h"
@@ -8,64 +10,94 @@
 namespace nightmap {
 namespace {
 
-ColmapImage MakeImage(const LandmarksInput& input,
-                      DescriptorKind kind,
-                      const MapKeyframe& keyframe) {
-  const auto frame_idx =
-      static_cast<std::size_t>(keyframe.frame_idx - input.frames.front().frame_idx);
-  const FrameRecord& frame = input.frames[frame_idx];
-  const FrameFeatures& features = input.features.frames[frame_idx];
-  ColmapImage image;
-  image.name = frame.color.path;
-  image.camera_idx = frame.camera_idx;
-  image.camera_from_map = keyframe.map_from_camera.Inverse();
-  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(frame.camera_idx)];
-  const Camera picture = camera.Picture();
-  for (const Eigen::Vector2f& pixel : features.raw_keypoints_px) {
-    image.keypoints_px.push_back(ResizePixel(pixel.cast<double>(), camera.color, picture));
+struct Observation {
+  int keyframe = 0;
+  int landmark = 0;
+  int feature = 0;
+};
+
+// By keyframe, so that the features of each are read once.
+std::vector<Observation> ByKeyframe(const LandmarkMap& map) {
+  std::vector<Observation> observations;
+  for (int i = 0; i < map.NumLandmarks(); ++i) {
+    const auto landmark = static_cast<std::size_t>(i);
+    for (std::size_t k = 0; k < map.landmark_keyframes[landmark].size(); ++k) {
+      observations.push_back(
+          {map.landmark_keyframes[landmark][k], i, map.landmark_features[landmark][k]});
+    }
   }
-  image.keypoint_points.assign(image.keypoints_px.size(), -1);
-  if (kind == DescriptorKind::kRootSift) image.descriptors = features.descriptors;
-  return image;
+  std::ranges::stable_sort(observations, {}, &Observation::keyframe);
+  return observations;
 }
 
-// The landmark with its observations by keyframes.
-ColmapPoint MakePoint(const LandmarkMap& map, std::size_t landmark, const ColmapModel& model) {
-  ColmapPoint point;
-  point.position_in_map = map.positions_in_map[landmark];
-  for (std::size_t i = 0; i < map.landmark_keyframes[landmark].size(); ++i) {
-    const ColmapObservation seen{map.landmark_keyframes[landmark][i],
-                                 map.landmark_features[landmark][i]};
-    const ColmapImage& image = model.images[static_cast<std::size_t>(seen.image_idx)];
-    const Camera& camera = model.cameras[static_cast<std::size_t>(image.camera_idx)];
-    const auto pixel = camera.Project(image.camera_from_map * point.position_in_map);
-    if (!pixel) continue;
-    point.error_px += (*pixel - image.keypoints_px[static_cast<std::size_t>(seen.keypoint)]).norm();
-    point.track.push_back(seen);
-  }
-  if (!point.track.empty()) point.error_px /= static_cast<double>(point.track.size());
-  return point;
+struct PointSum {
+  double error_px = 0;
+  std::vector<ColmapObservation> track;
+};
+
+void AddObservation(const LandmarkMap& map,
+                    const ColmapModel& model,
+                    const ColmapFeatures& features,
+                    const Observation& seen,
+                    std::vector<PointSum>* sums) {
+  const auto landmark = static_cast<std::size_t>(seen.landmark);
+  const ColmapImage& image = model.images[static_cast<std::size_t>(seen.keyframe)];
+  const Camera& camera = model.cameras[static_cast<std::size_t>(image.camera_idx)];
+  const auto pixel = camera.Project(image.camera_from_map * map.positions_in_map[landmark]);
+  if (!pixel) return;
+  PointSum& sum = (*sums)[landmark];
+  sum.error_px += (*pixel - features.keypoints_px[static_cast<std::size_t>(seen.feature)]).norm();
+  sum.track.push_back({seen.keyframe, seen.feature});
 }
 
 }  // namespace
 
-ColmapModel MakeColmapModel(const LandmarksInput& input, const LandmarkMap& map) {
+ColmapModel StartColmapModel(const LandmarksInput& input, const LandmarkMap& head) {
   ColmapModel model;
   for (const RgbdCamera& camera : input.cameras) model.cameras.push_back(camera.Picture());
-  for (const MapKeyframe& keyframe : map.keyframes) {
-    model.images.push_back(MakeImage(input, map.kind, keyframe));
+  std::vector<int> frame_idxs, camera_idxs;
+  for (const MapKeyframe& keyframe : head.keyframes) {
+    const FrameRecord& frame =
+        input.frames[static_cast<std::size_t>(keyframe.frame_idx - input.frames.front().frame_idx)];
+    model.images.push_back(
+        {frame.color.path, frame.camera_idx, keyframe.map_from_camera.Inverse()});
+    frame_idxs.push_back(frame.frame_idx);
+    camera_idxs.push_back(frame.camera_idx);
   }
-  for (std::size_t i = 0; i < map.positions_in_map.size(); ++i) {
-    ColmapPoint point = MakePoint(map, i, model);
-    if (point.track.size() < 2) continue;
-    for (const ColmapObservation& seen : point.track) {
-      model.images[static_cast<std::size_t>(seen.image_idx)]
-          .keypoint_points[static_cast<std::size_t>(seen.keypoint)] =
-          static_cast<int>(model.points.size());
+  model.features = [features = input.features,
+                    cameras = input.cameras,
+                    has_descriptors = head.kind == DescriptorKind::kRootSift,
+                    frame_idxs = std::move(frame_idxs),
+                    camera_idxs = std::move(camera_idxs)](std::size_t i) {
+    const SiteFeatures::Frame frame = features.GetFrame(frame_idxs[i]);
+    const RgbdCamera& camera = cameras[static_cast<std::size_t>(camera_idxs[i])];
+    const Camera picture = camera.Picture();
+    ColmapFeatures of_image;
+    for (const Eigen::Vector2f& pixel : frame->raw_keypoints_px) {
+      of_image.keypoints_px.push_back(ResizePixel(pixel.cast<double>(), camera.color, picture));
     }
-    model.points.push_back(std::move(point));
-  }
+    if (has_descriptors) of_image.descriptors = frame->descriptors;
+    return of_image;
+  };
   return model;
+}
+
+void AddColmapPoints(const LandmarkMap& region, ColmapModel* model) {
+  std::vector<PointSum> sums(region.positions_in_map.size());
+  ColmapFeatures features;
+  int keyframe = -1;
+  for (const Observation& seen : ByKeyframe(region)) {
+    if (seen.keyframe != keyframe) {
+      keyframe = seen.keyframe;
+      features = model->features(static_cast<std::size_t>(keyframe));
+    }
+    AddObservation(region, *model, features, seen, &sums);
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const auto num_seen = static_cast<double>(sums[i].track.size());
+    if (sums[i].track.size() < 2) continue;
+    model->AddPoint(region.positions_in_map[i], sums[i].error_px / num_seen, sums[i].track);
+  }
 }
 
 }  // namespace nightmap

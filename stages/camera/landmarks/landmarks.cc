@@ -2,52 +2,35 @@
 #include "stages/camera/landmarks/landmarks.h"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
+#include <utility>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_io.h"
-#include "pipeline/io/trajectory_io.h"
 #include "stages/camera/landmarks/keep_landmarks.h"
-#include "stages/camera/landmarks/landmark_of_track.h"
+#include "stages/camera/landmarks/region_landmarks.h"
 
 namespace nightmap {
 namespace {
 
+constexpr std::size_t kRegionsAtOnce = 3;  // in memory, each with its features and tracks
+
 void CheckInput(const LandmarksInput& input) {
-  CheckFeaturesOfFrames(input.frames, input.features);
-  if (input.tree->Kind() != input.features.kind) {
+  CheckFeaturesOfFrames(input.frames, input.features.Heads());
+  if (input.tree->Kind() != input.features.Heads().kind) {
     throw InputError({{"vocabulary"}}, "trained on another descriptor");
   }
 }
 
-std::vector<Observer> MakeObservers(const LandmarksOptions& options, const LandmarksInput& input) {
-  const bool are_all = options.observers == "all";
-  const auto& poses = are_all ? input.trajectory : input.keyframes;
-  std::vector<Observer> observers;
-  std::size_t num_found = 0;
-  for (std::size_t i = 0; i < input.frames.size(); ++i) {
-    const FrameRecord& frame = input.frames[i];
-    const int pose = FindPose(poses, frame.time_ns);
-    num_found += pose >= 0;
-    if (pose < 0 || !input.features.frames[i].IsDescribed()) continue;
-    observers.push_back({&frame,
-                         &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
-                         &input.features.frames[i],
-                         poses[static_cast<std::size_t>(pose)].pose});
+LandmarkMap HeadOf(const LandmarksInput& input, const std::vector<PosedFrame>& observers) {
+  LandmarkMap head;
+  head.kind = input.features.Heads().kind;
+  head.extraction = input.features.Heads().extraction;
+  head.num_word_levels = input.tree->Depth();
+  for (const PosedFrame& observer : observers) {
+    head.keyframes.push_back(
+        {observer.frame->frame_idx, observer.frame->time_ns, observer.map_from_camera});
   }
-  if (num_found != poses.size()) {
-    throw InputError(
-        {{are_all ? "trajectory" : "keyframes"}, {"frames"}},
-        "{} of {} poses have the time of no frame; a file is damaged or another site's",
-        poses.size() - num_found,
-        poses.size());
-  }
-  std::stable_sort(observers.begin(), observers.end(), [](const Observer& a, const Observer& b) {
-    return a.frame->time_ns < b.frame->time_ns;
-  });
-  return observers;
+  return head;
 }
 
 void KeepSome(std::size_t num_observers, std::size_t count, std::vector<Landmark>* landmarks) {
@@ -59,16 +42,11 @@ void KeepSome(std::size_t num_observers, std::size_t count, std::vector<Landmark
 }
 
 LandmarkMap Assemble(const LandmarksInput& input,
-                     const std::vector<Observer>& observers,
+                     const RegionObservers& seen,
                      const std::vector<Landmark>& landmarks) {
   LandmarkMap map;
-  map.kind = input.features.kind;
-  map.extraction = input.features.extraction;
+  map.kind = input.features.Heads().kind;
   map.num_word_levels = input.tree->Depth();
-  for (const Observer& observer : observers) {
-    map.keyframes.push_back(
-        {observer.frame->frame_idx, observer.frame->time_ns, observer.map_from_camera});
-  }
   const int size = DescriptorSize(map.kind);
   for (const Landmark& landmark : landmarks) {
     const int landmark_idx = map.NumLandmarks();
@@ -77,8 +55,10 @@ LandmarkMap Assemble(const LandmarksInput& input,
     auto& keyframes = map.landmark_keyframes.emplace_back();
     auto& features = map.landmark_features.emplace_back();
     for (const Sighting& sighting : landmark.sightings) {
-      keyframes.push_back(sighting.frame_idx);
-      features.push_back(sighting.feature_idx);
+      const auto observer = static_cast<std::size_t>(sighting.frame_idx);
+      keyframes.push_back(seen.observer_idxs[observer]);
+      features.push_back(
+          seen.feature_idxs[observer][static_cast<std::size_t>(sighting.feature_idx)]);
     }
     for (const std::uint8_t* descriptor : landmark.descriptors) {
       map.descriptors.insert(map.descriptors.end(), descriptor, descriptor + size);
@@ -99,36 +79,82 @@ void AssignWords(const VocabularyTree& tree, int num_threads, LandmarkMap* map) 
   });
 }
 
+// How many of max_landmarks go to each region.
+class Shares {
+ public:
+  Shares(int max_landmarks, std::size_t num_observers)
+      : max_landmarks_(static_cast<std::size_t>(max_landmarks)), num_observers_(num_observers) {}
+
+  std::size_t Next(const SiteRegion& region) {
+    const std::size_t before = num_before_ * max_landmarks_ / num_observers_;
+    num_before_ += region.num_observers;
+    return num_before_ * max_landmarks_ / num_observers_ - before;
+  }
+
+ private:
+  std::size_t max_landmarks_;
+  std::size_t num_observers_;
+  std::size_t num_before_ = 0;
+};
+
+void Count(const LandmarkMap& map, LandmarksFigures* figures) {
+  figures->num_landmarks += map.positions_in_map.size();
+  figures->num_descriptors += map.descriptor_landmarks.size();
+  for (const auto& keyframes : map.landmark_keyframes) {
+    figures->num_observations += keyframes.size();
+  }
+}
+
+std::size_t NumSeeing(const std::vector<SiteRegion>& regions) {
+  std::size_t num_seeing = 0;
+  for (const SiteRegion& region : regions) num_seeing += region.seen_by.size();
+  return num_seeing;
+}
+
 }  // namespace
 
-LandmarksResult RunLandmarks(const LandmarksOptions& options,
-                             const LandmarksInput& input,
-                             Progress& progress,
-                             int num_threads) {
+LandmarkMap HeadOfMap(const LandmarksOptions& options, const LandmarksInput& input) {
   CheckInput(input);
-  const std::vector<Observer> observers = MakeObservers(options, input);
-  LandmarkTracker tracker(options.tracker, input.features.kind, &observers);
-  progress.Start(observers.size());
-  for (std::size_t i = 0; i < observers.size(); ++i) {
-    tracker.Add(static_cast<int>(i));
-    progress.Advance();
+  return HeadOf(input, FindObservers(options, input));
+}
+
+LandmarksFigures RunLandmarks(const LandmarksOptions& options,
+                              const LandmarksInput& input,
+                              const TakeRegion& take_region,
+                              Progress& progress,
+                              int num_threads) {
+  CheckInput(input);
+  const DescriptorKind kind = input.features.Heads().kind;
+  const std::vector<PosedFrame> observers = FindObservers(options, input);
+  LandmarksFigures figures;
+  figures.num_observers = observers.size();
+  if (observers.empty()) return figures;
+  const std::vector<SiteRegion> regions = CutSite(options, input, observers, num_threads);
+  figures.num_regions = regions.size();
+  progress.Start(NumSeeing(regions));
+  TakenFeatures taken(observers.size());
+  Shares shares(options.max_landmarks, observers.size());
+  const std::size_t num_at_once =
+      std::min(kRegionsAtOnce, static_cast<std::size_t>(std::max(num_threads, 1)));
+  for (std::size_t begin = 0; begin < regions.size(); begin += num_at_once) {
+    std::vector<RegionTracks> tracks(std::min(num_at_once, regions.size() - begin));
+    ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
+      tracks[i] = TrackRegion(options, input, observers, regions[begin + i], progress);
+    });
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      const RegionTracks of_region = std::move(tracks[i]);
+      const SiteRegion& region = regions[begin + i];
+      auto landmarks = FinishRegion(options, kind, region.box, of_region, num_threads, &taken);
+      figures.num_found += landmarks.size();
+      KeepSome(of_region.seen.observers.size(), shares.Next(region), &landmarks);
+      LandmarkMap map = Assemble(input, of_region.seen, landmarks);
+      AssignWords(*input.tree, num_threads, &map);
+      Count(map, &figures);
+      take_region(region.box, map);
+    }
   }
   progress.Finish();
-  const std::vector<LandmarkTrack> tracks = tracker.TakeTracks();
-  std::vector<std::optional<Landmark>> finished(tracks.size());
-  ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
-    finished[i] = LandmarkOfTrack(options, input.features.kind, observers, tracks[i]);
-  });
-  std::vector<Landmark> landmarks;
-  for (auto& landmark : finished) {
-    if (landmark) landmarks.push_back(std::move(*landmark));
-  }
-  LandmarksResult result;
-  result.num_found = landmarks.size();
-  KeepSome(observers.size(), static_cast<std::size_t>(options.max_landmarks), &landmarks);
-  result.map = Assemble(input, observers, landmarks);
-  AssignWords(*input.tree, num_threads, &result.map);
-  return result;
+  return figures;
 }
 
 }  // namespace nightmap

@@ -5,24 +5,23 @@
 
 namespace nightmap {
 
-nlohmann::json SummarizeLandmarks(const LandmarksResult& result) {
-  std::size_t num_observations = 0;
-  for (const auto& keyframes : result.map.landmark_keyframes) num_observations += keyframes.size();
-  return {{"num_observers", result.map.keyframes.size()},
-          {"num_landmarks_found", result.num_found},
-          {"num_dropped_by_max_landmarks", result.NumDropped()},
-          {"num_landmarks", result.map.NumLandmarks()},
-          {"num_descriptors", result.map.NumDescriptors()},
-          {"num_observations", num_observations}};
+nlohmann::json SummarizeLandmarks(const LandmarksFigures& figures) {
+  return {{"num_observers", figures.num_observers},
+          {"num_regions", figures.num_regions},
+          {"num_landmarks_found", figures.num_found},
+          {"num_dropped_by_max_landmarks", figures.NumDropped()},
+          {"num_landmarks", figures.num_landmarks},
+          {"num_descriptors", figures.num_descriptors},
+          {"num_observations", figures.num_observations}};
 }
 
-std::string DroppedLandmarks(const LandmarksResult& result) {
-  if (result.NumDropped() == 0) return "";
+std::string DroppedLandmarks(const LandmarksFigures& figures) {
+  if (figures.NumDropped() == 0) return "";
   return fmt::format(
       "max_landmarks drops {} of the {} landmarks found, of every keyframe those seen least; raise "
       "it in configs/sites/<site>/landmarks.toml to keep them",
-      result.NumDropped(),
-      result.num_found);
+      figures.NumDropped(),
+      figures.num_found);
 }
 
 }  // namespace nightmap

@@ -9,9 +9,9 @@
 
 namespace nightmap {
 
-nlohmann::json SummarizeLandmarks(const LandmarksResult& result);
+nlohmann::json SummarizeLandmarks(const LandmarksFigures& figures);
 
 // States what max_landmarks dropped, and the remedy; empty when it dropped nothing.
-std::string DroppedLandmarks(const LandmarksResult& result);
+std::string DroppedLandmarks(const LandmarksFigures& figures);
 
 }  // namespace nightmap

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "pipeline/camera/vocabulary_io.h"
+#include "pipeline/io/landmarks_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/landmarks/landmarks_report.h"
 #include "stages/camera/landmarks/read_inputs.h"
@@ -37,19 +38,22 @@ int main(int argc, char** argv) {
         const VocabularyTree tree = ReadVocabularyTree(context.Input("vocabulary"));
         const LandmarksInput input = ReadLandmarksInput(tree, context);
         context.BeginPart("build");
-        const LandmarksResult result =
-            RunLandmarks(options, input, context.GetProgress(), context.NumThreads());
-        const LandmarkMap& map = result.map;
-        const std::string dropped = DroppedLandmarks(result);
+        const auto path = context.Output("landmarks");
+        LandmarksWriter writer(path, HeadOfMap(options, input), context.ConfigToml());
+        const auto write = [&](const Rectangle& box, const LandmarkMap& region) {
+          writer.Write(box, region);
+        };
+        const LandmarksFigures figures =
+            RunLandmarks(options, input, write, context.GetProgress(), context.NumThreads());
+        writer.Close();
+        const std::string dropped = DroppedLandmarks(figures);
         if (!dropped.empty()) spdlog::warn("{}", dropped);
-        if (map.NumLandmarks() == 0) {
+        if (figures.num_landmarks == 0) {
           throw ThresholdError(
               "landmarks: none; see min_observations and the depth in the features");
         }
-        context.BeginPart("write");
-        WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
-        context.Report().update(SummarizeLandmarks(result));
+        context.Report().update(SummarizeLandmarks(figures));
         context.BeginPart("export");
-        WriteColmap(input, map, context);
+        WriteColmap(input, path, context);
       });
 }

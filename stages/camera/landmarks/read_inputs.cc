@@ -5,6 +5,12 @@
 #include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
+namespace {
+
+// Beside them, regions hold copies of theirs.
+constexpr std::size_t kMaxFeatures_bytes = std::size_t{512} << 20;
+
+}  // namespace
 
 LandmarksInput ReadLandmarksInput(const VocabularyTree& tree, const StageContext& context) {
   if (context.HasInput("masked_frames") != context.HasInput("masks")) {
@@ -12,7 +18,7 @@ LandmarksInput ReadLandmarksInput(const VocabularyTree& tree, const StageContext
   }
   const auto frames = ReadFrames(context.Inputs("frames"));
   const auto cameras = ReadCameras(context.Input("cameras"), frames);
-  SiteFeatures features(context.Inputs("features"), context.Inputs("frames"));
+  SiteFeatures features(context.Inputs("features"), context.Inputs("frames"), kMaxFeatures_bytes);
   CheckFeaturesOfFrames(frames, features.Heads());
   if (context.HasInput("masked_frames")) {
     features = KeepFeatures(features,
@@ -23,7 +29,7 @@ LandmarksInput ReadLandmarksInput(const VocabularyTree& tree, const StageContext
   }
   return {frames,
           cameras,
-          features.All(),
+          features,
           &tree,
           ReadPoses(context.Input("trajectory")),
           ReadPoses(context.Input("keyframes"))};

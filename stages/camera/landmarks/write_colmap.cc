@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 
-#include "pipeline/base/files.h"
+#include "pipeline/io/landmarks_io.h"
 #include "stages/camera/landmarks/colmap_export.h"
 
 namespace nightmap {
@@ -19,6 +20,18 @@ constexpr std::array kParts = {"cameras.", "images.", "points3D."};
 std::ptrdiff_t NumParts(const StageContext& context, const std::string& model) {
   return std::ranges::count_if(kParts,
                                [&](const char* part) { return context.HasOutput(part + model); });
+}
+
+// Of the files that are outputs.
+std::map<std::string, std::filesystem::path> ModelPaths(StageContext& context) {
+  std::map<std::string, std::filesystem::path> paths;
+  for (const std::string model : kModels) {
+    for (const char* part : kParts) {
+      const std::string name = part + model;
+      if (context.HasOutput(name)) paths[name] = context.Output(name);
+    }
+  }
+  return paths;
 }
 
 void Report(const ColmapModel& model, nlohmann::json& report) {
@@ -42,16 +55,18 @@ void CheckColmapOutputs(const StageContext& context) {
   }
 }
 
-void WriteColmap(const LandmarksInput& input, const LandmarkMap& map, StageContext& context) {
+void WriteColmap(const LandmarksInput& input,
+                 const std::filesystem::path& landmarks,
+                 StageContext& context) {
   const bool has_model =
       std::ranges::any_of(kModels, [&](const char* model) { return NumParts(context, model) > 0; });
   if (!has_model && !context.HasOutput("database")) return;
-  const ColmapModel model = MakeColmapModel(input, map);
-  if (has_model) {
-    for (const auto& [name, bytes] : ColmapFiles(model)) {
-      if (context.HasOutput(name)) WriteFile(context.Output(name), bytes);
-    }
+  LandmarksReader reader(landmarks);
+  ColmapModel model = StartColmapModel(input, reader.Head());
+  for (std::size_t i = 0; i < reader.Regions().size(); ++i) {
+    AddColmapPoints(reader.Read(i), &model);
   }
+  WriteColmapFiles(model, ModelPaths(context));
   if (context.HasOutput("database")) WriteColmapDatabase(context.Output("database"), model);
   Report(model, context.Report());
 }

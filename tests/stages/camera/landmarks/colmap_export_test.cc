@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/landmarks/colmap_export.h"
 
-#include "tests/landmark_scene.h"
-#include "tests/test_data.h"
+#include "tests/landmarks_run.h"
 
 namespace nightmap::colmap_export_test {
+
+ColmapModel MakeColmapModel(const LandmarksInput& input, const LandmarkMap& map) {
+  ColmapModel model = StartColmapModel(input, map);
+  AddColmapPoints(map, &model);
+  return model;
+}
 
 class ColmapExportTest : public testing::Test {
  protected:
@@ -26,10 +31,14 @@ class ColmapExportTest : public testing::Test {
   }
   LandmarksInput Input() const {
     const std::vector<StampedPose> keyframes(scene_.poses.begin() + 2, scene_.poses.end());
-    return {
-        scene_.frames, scene_.cameras, scene_.features, &vocabulary_.tree, scene_.poses, keyframes};
+    return {scene_.frames,
+            scene_.cameras,
+            SiteFeatures(scene_.features),
+            &vocabulary_.tree,
+            scene_.poses,
+            keyframes};
   }
-  LandmarkMap Map() const { return RunLandmarks({}, Input(), NoProgress(), 1).map; }
+  LandmarkMap Map() const { return RunOnScene({}, Input()).map; }
 
   LandmarkScene scene_ = MakeLandmarkScene();
   Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
@@ -41,9 +50,10 @@ TEST_F(ColmapExportTest, FitsThePicturesAsTheyAre) {
   EXPECT_EQ(model.cameras[0].k3, scene_.cameras[0].color.k3);
   for (std::size_t i = 0; i < model.images.size(); ++i) {
     const FrameFeatures& features = scene_.features.frames[i + 2];
-    ASSERT_EQ(model.images[i].keypoints_px.size(), features.raw_keypoints_px.size());
-    EXPECT_EQ(model.images[i].descriptors, features.descriptors);
-    EXPECT_EQ(model.images[i].keypoints_px[5], features.raw_keypoints_px[5].cast<double>());
+    const ColmapFeatures of_image = model.features(i);
+    ASSERT_EQ(of_image.keypoints_px.size(), features.raw_keypoints_px.size());
+    EXPECT_EQ(of_image.descriptors, features.descriptors);
+    EXPECT_EQ(of_image.keypoints_px[5], features.raw_keypoints_px[5].cast<double>());
   }
   EXPECT_GT(model.MeanReprojectionError_px(), 0);
   EXPECT_LT(model.MeanReprojectionError_px(), 0.02);
@@ -58,8 +68,8 @@ TEST_F(ColmapExportTest, FitsThePicturesAsStored) {
   const ColmapModel stored = MakeColmapModel(Input(), map);
   EXPECT_EQ(stored.cameras[0].width, camera.picture_width);
   EXPECT_NEAR(stored.MeanReprojectionError_px(), 3 * seen.MeanReprojectionError_px(), 1e-6);
-  EXPECT_NEAR(stored.images[1].keypoints_px[5].x(),
-              3 * (seen.images[1].keypoints_px[5].x() + 0.5) - 0.5,
+  EXPECT_NEAR(stored.features(1).keypoints_px[5].x(),
+              3 * (seen.features(1).keypoints_px[5].x() + 0.5) - 0.5,
               1e-6);
 }
 
@@ -73,8 +83,9 @@ TEST_F(ColmapExportTest, TracksAndKeypointsNameEachOther) {
     if (num_seen < 2) continue;  // no point of COLMAP's
     ASSERT_LT(point, model.points.size());
     EXPECT_EQ(model.points[point].position_in_map, map.positions_in_map[i]);
-    EXPECT_EQ(model.points[point].track.size(), num_seen);
-    for (const ColmapObservation& seen : model.points[point].track) {
+    const auto track = model.TrackOf(model.points[point]);
+    EXPECT_EQ(track.size(), num_seen);
+    for (const ColmapObservation& seen : track) {
       const ColmapImage& image = model.images[static_cast<std::size_t>(seen.image_idx)];
       const auto keypoint = static_cast<std::size_t>(seen.keypoint);
       EXPECT_EQ(image.keypoint_points[keypoint], static_cast<int>(point));
@@ -89,6 +100,27 @@ TEST_F(ColmapExportTest, TracksAndKeypointsNameEachOther) {
     for (const int named : image.keypoint_points) num_pointing += named >= 0 ? 1 : 0;
   }
   EXPECT_EQ(num_pointing, num_observations);
+}
+
+TEST_F(ColmapExportTest, RegionsGiveThePointsOfTheWholeMap) {
+  const LandmarksInput input = Input();
+  const LandmarkMap map = Map();
+  const ColmapModel whole = MakeColmapModel(input, map);
+  LandmarksInput cut = input;
+  cut.max_region_observers = 2;
+  LandmarksOptions fine;
+  fine.tracker.voxel_size_m = 0.05;
+  ColmapModel model = StartColmapModel(input, map);
+  std::size_t num_regions = 0;
+  const auto add = [&](const Rectangle&, const LandmarkMap& region) {
+    ++num_regions;
+    AddColmapPoints(region, &model);
+  };
+  RunLandmarks(fine, cut, add, NoProgress(), 1);
+  EXPECT_GT(num_regions, 1U);
+  EXPECT_EQ(model.points.size(), whole.points.size());
+  EXPECT_EQ(model.observations.size(), whole.observations.size());
+  EXPECT_NEAR(model.MeanReprojectionError_px(), whole.MeanReprojectionError_px(), 1e-9);
 }
 
 // A landmark that several keyframes see.
@@ -126,7 +158,7 @@ TEST_F(ColmapExportTest, WhatCannotBeSeenIsNoPoint) {
 TEST_F(ColmapExportTest, OnlyRootSiftGivesDescriptors) {
   LandmarkMap map = Map();
   map.kind = DescriptorKind::kOrb;
-  EXPECT_TRUE(MakeColmapModel(Input(), map).images[0].descriptors.empty());
+  EXPECT_TRUE(StartColmapModel(Input(), map).features(0).descriptors.empty());
 }
 
 }  // namespace nightmap::colmap_export_test

@@ -5,22 +5,22 @@
 #include <set>
 
 #include "stages/camera/landmarks/landmarks_report.h"
-#include "tests/landmark_scene.h"
-#include "tests/test_data.h"
+#include "tests/landmarks_run.h"
 
 namespace nightmap::landmarks_test {
 
 class LandmarksTest : public testing::Test {
  protected:
   LandmarkMap Run(int num_threads = 1) const { return RunAll(num_threads).map; }
-  LandmarksResult RunAll(int num_threads = 1) const {
+  LandmarksRun RunAll(int num_threads = 1, std::size_t max_region_observers = 1000) const {
     const LandmarksInput input{scene_.frames,
                                scene_.cameras,
-                               scene_.features,
+                               SiteFeatures(scene_.features),
                                &vocabulary_.tree,
                                scene_.poses,
-                               keyframes_};
-    return RunLandmarks(options_, input, NoProgress(), num_threads);
+                               keyframes_,
+                               max_region_observers};
+    return RunOnScene(options_, input, num_threads);
   }
   // The scene's point nearest to a landmark.
   int PointOf(const LandmarkMap& map, int landmark) const {
@@ -107,11 +107,11 @@ TEST_F(LandmarksTest, TheRoomSeenLastAndLeastKeepsItsShare) {
     AddFrame(pose, &scene_);
   }
   keyframes_ = scene_.poses;
-  const LandmarksResult all = RunAll();
-  EXPECT_EQ(all.NumDropped(), 0U);
-  EXPECT_EQ(DroppedLandmarks(all), "");
+  const LandmarksRun all = RunAll();
+  EXPECT_EQ(all.figures.NumDropped(), 0U);
+  EXPECT_EQ(DroppedLandmarks(all.figures), "");
   options_.max_landmarks = all.map.NumLandmarks() / 2;
-  const LandmarksResult half = RunAll();
+  const LandmarksRun half = RunAll();
   EXPECT_EQ(half.map.NumLandmarks(), options_.max_landmarks);
   const auto before = all.map.KeyframeLandmarks(), after = half.map.KeyframeLandmarks();
   for (std::size_t i = 0; i < scene_.frames.size(); ++i) {
@@ -119,11 +119,11 @@ TEST_F(LandmarksTest, TheRoomSeenLastAndLeastKeepsItsShare) {
         static_cast<double>(after[i].size()) / static_cast<double>(before[i].size());
     EXPECT_GT(kept, 0.4) << "frame " << i << (i < num_first ? " of the first" : " of the other");
   }
-  const auto report = SummarizeLandmarks(half);
+  const auto report = SummarizeLandmarks(half.figures);
   EXPECT_EQ(report.at("num_landmarks_found"), all.map.NumLandmarks());
   EXPECT_EQ(report.at("num_dropped_by_max_landmarks"),
             all.map.NumLandmarks() - options_.max_landmarks);
-  EXPECT_THAT(DroppedLandmarks(half), testing::HasSubstr("landmarks.toml"));
+  EXPECT_THAT(DroppedLandmarks(half.figures), testing::HasSubstr("landmarks.toml"));
 }
 
 // Frame 3 measures every depth 4 % too far. The plain mean of eight observations would move by an
