@@ -41,6 +41,7 @@ struct AdjustInput {
   std::function<OdometryShard(std::size_t)> odometry;  // of each shard, with its tracks
   std::vector<FramePair> loops;                        // their matches
   ClosedGraph graph;
+  std::size_t max_region_observers = 1000;  // a region whose points are found anew has no more
 };
 
 struct AdjustResult {

@@ -45,7 +45,7 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
     if (frame.IsDescribed()) poses.emplace(frame.frame_idx, (*graph_from_camera)[i]);
   }
   for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
-  auto tracks = TracksByProjection(input_, poses, options_.retrack);
+  auto tracks = TracksByProjection(input_, poses, options_.retrack, num_threads_);
   const auto summary = AdjustFrames(input_, bundle_options, std::move(tracks), motions, &poses);
   for (auto& [idx, pose] : *graph_from_keyframe) pose = poses.at(idx);
   *graph_from_camera = CarryFrames(input_.graph.chain, poses);

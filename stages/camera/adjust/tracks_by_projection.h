@@ -15,9 +15,11 @@ namespace nightmap {
 // the projection, at the point's depth and similar in appearance, however much time passed in
 // between. Odometry's tracks end where the point leaves the picture, and loops join few of them
 // again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
-// only once.
+// only once. Regions of the site are searched one by one (pipeline/camera/region_tracks.h). The
+// same at any number of threads.
 std::vector<Track> TracksByProjection(const AdjustInput& input,
                                       const std::map<int, Rigid3>& graph_from_frame,
-                                      const LandmarkTrackerOptions& options);
+                                      const LandmarkTrackerOptions& options,
+                                      int num_threads);
 
 }  // namespace nightmap

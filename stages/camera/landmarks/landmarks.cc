@@ -6,6 +6,7 @@
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/trajectory_io.h"
 #include "stages/camera/landmarks/keep_landmarks.h"
 #include "stages/camera/landmarks/region_landmarks.h"
 
@@ -111,6 +112,38 @@ std::size_t NumSeeing(const std::vector<SiteRegion>& regions) {
   return num_seeing;
 }
 
+// The observers of the site, in order of time.
+std::vector<PosedFrame> FindObservers(const LandmarksOptions& options,
+                                      const LandmarksInput& input) {
+  const bool are_all = options.observers == "all";
+  const auto& poses = are_all ? input.trajectory : input.keyframes;
+  std::vector<PosedFrame> observers;
+  std::size_t num_found = 0;
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    const FrameRecord& frame = input.frames[i];
+    const int pose = FindPose(poses, frame.time_ns);
+    num_found += pose >= 0;
+    if (pose < 0 || !input.features.Heads().frames[i].IsDescribed()) continue;
+    observers.push_back({&frame,
+                         &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
+                         poses[static_cast<std::size_t>(pose)].pose});
+  }
+  if (num_found != poses.size()) {
+    throw InputError(
+        {{are_all ? "trajectory" : "keyframes"}, {"frames"}},
+        "{} of {} poses have the time of no frame; a file is damaged or another site's",
+        poses.size() - num_found,
+        poses.size());
+  }
+  std::ranges::stable_sort(observers, {}, [](const PosedFrame& o) { return o.frame->time_ns; });
+  return observers;
+}
+
+RegionOptions RegionsOf(const LandmarksOptions& options, const LandmarksInput& input) {
+  return {.max_observers = input.max_region_observers,
+          .margin_m = 3 * options.tracker.voxel_size_m};
+}
+
 }  // namespace
 
 LandmarkMap HeadOfMap(const LandmarksOptions& options, const LandmarksInput& input) {
@@ -129,7 +162,9 @@ LandmarksFigures RunLandmarks(const LandmarksOptions& options,
   LandmarksFigures figures;
   figures.num_observers = observers.size();
   if (observers.empty()) return figures;
-  const std::vector<SiteRegion> regions = CutSite(options, input, observers, num_threads);
+  const RegionOptions of_regions = RegionsOf(options, input);
+  const std::vector<SiteRegion> regions =
+      CutSite(of_regions, input.features, observers, num_threads);
   figures.num_regions = regions.size();
   progress.Start(NumSeeing(regions));
   TakenFeatures taken(observers.size());
@@ -139,7 +174,9 @@ LandmarksFigures RunLandmarks(const LandmarksOptions& options,
   for (std::size_t begin = 0; begin < regions.size(); begin += num_at_once) {
     std::vector<RegionTracks> tracks(std::min(num_at_once, regions.size() - begin));
     ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
-      tracks[i] = TrackRegion(options, input, observers, regions[begin + i], progress);
+      tracks[i] =
+          TrackRegion(of_regions, options.tracker, input.features, observers, regions[begin + i]);
+      progress.Advance(regions[begin + i].seen_by.size());
     });
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       const RegionTracks of_region = std::move(tracks[i]);

@@ -37,7 +37,7 @@ TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
   const auto num_shared =
       std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
   std::set<int> found;
-  for (const Track& track : TracksByProjection(r.input, r.poses, {.max_error_px = 3.0})) {
+  for (const Track& track : TracksByProjection(r.input, r.poses, {.max_error_px = 3.0}, 2)) {
     std::set<int> points;
     for (const auto& [frame, feature] : track) {
       points.insert(
@@ -48,6 +48,31 @@ TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
     EXPECT_TRUE(found.insert(*points.begin()).second) << "a point is two tracks";
   }
   EXPECT_EQ(static_cast<std::ptrdiff_t>(found.size()), num_shared);
+}
+
+// A site that is cut has the same tracks, but for some at the borders that lose a sighting.
+TEST(TracksByProjection, ACutSiteHasNearlyTheSameTracks) {
+  Retracked r;
+  GoAgain(&r.scene);
+  r.input.frames = r.scene.frames;
+  r.input.features = SiteFeatures(r.scene.features);
+  for (std::size_t i = 0; i < r.scene.frames.size(); ++i) {
+    r.poses[static_cast<int>(i)] = r.scene.poses[i % r.scene.poses.size()].pose;
+  }
+  const LandmarkTrackerOptions options{.max_error_px = 3.0, .voxel_size_m = 0.05};
+  const auto whole = TracksByProjection(r.input, r.poses, options, 1);
+  r.input.max_region_observers = 5;
+  const auto cut = TracksByProjection(r.input, r.poses, options, 1);
+  EXPECT_EQ(cut, TracksByProjection(r.input, r.poses, options, 4));
+  EXPECT_NE(cut, whole);  // in the order of the regions
+  const std::set<Track> of_whole(whole.begin(), whole.end());
+  const auto num_same =
+      std::ranges::count_if(cut, [&](const Track& track) { return of_whole.contains(track); });
+  EXPECT_GT(static_cast<double>(num_same), 0.98 * static_cast<double>(whole.size()));
+  std::set<Sighting> seen;
+  for (const Track& track : cut) {
+    for (const Sighting& s : track) EXPECT_TRUE(seen.insert(s).second);
+  }
 }
 
 // A feature at the right place that is only half as unlike as a stranger is no sighting: it may be
@@ -62,7 +87,7 @@ TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   r.input.features = SiteFeatures(r.scene.features);
   const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
     std::ptrdiff_t count = 0;
-    for (const Track& track : TracksByProjection(r.input, r.poses, options)) {
+    for (const Track& track : TracksByProjection(r.input, r.poses, options, 2)) {
       count += std::ranges::count(track, 3, &Sighting::frame_idx);
     }
     return count;
@@ -75,7 +100,7 @@ TEST(TracksByProjection, AFrameThatWasOnlyTrackedHasNoSighting) {
   Retracked r;
   TrackFrom(2, 3, &r.scene);
   r.input.features = SiteFeatures(r.scene.features);
-  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0});
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0}, 2);
   EXPECT_GT(tracks.size(), 100U);
   for (const Track& track : tracks) {
     for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
@@ -87,7 +112,7 @@ TEST(TracksByProjection, TheTracksPutAPoseRight) {
   Retracked r;
   const Rigid3 truth = r.poses.at(4);
   r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
-  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 6.0});
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 6.0}, 2);
   const auto summary = AdjustFrames(r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
   EXPECT_EQ(summary.adjustments.size(), 2U);
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/camera/landmarks/plane_cells.h"
+#include "pipeline/camera/plane_cells.h"
 
 #include <gtest/gtest.h>
 

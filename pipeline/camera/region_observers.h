@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The regions of a site, and for each the observers that see it with their features there.
+// The regions of a site, and for each the observers that see it with their features there: work on
+// many points of a night that needs few of them in memory.
 #pragma once
 
 #include <vector>
 
+#include "pipeline/camera/landmark_tracker.h"
 #include "pipeline/geometry/rectangle.h"
-#include "stages/camera/landmarks/landmarks.h"
+#include "pipeline/io/site_features.h"
 
 namespace nightmap {
 
@@ -16,9 +18,14 @@ struct PosedFrame {
   Rigid3 map_from_camera;
 };
 
-// The observers of the site, in order of time. Throws InputError for poses at times that no frame
-// has. `input` must outlive the result.
-std::vector<PosedFrame> FindObservers(const LandmarksOptions& options, const LandmarksInput& input);
+struct RegionOptions {
+  // A region with more is cut. A few such regions are in memory at a time.
+  std::size_t max_observers = 1000;
+  // Beyond a region's box. Tracks in the box and in the voxels around it grow as if there were no
+  // region where this is three voxels.
+  double margin_m = 0.75;
+  Eigen::Matrix<double, 2, 3> plane_from_map = Eigen::Matrix<double, 2, 3>::Identity();
+};
 
 struct SiteRegion {
   Rectangle box;
@@ -27,8 +34,8 @@ struct SiteRegion {
 };
 
 // Regions that partition the plane. One region: all observers see it; no features are read.
-std::vector<SiteRegion> CutSite(const LandmarksOptions& options,
-                                const LandmarksInput& input,
+std::vector<SiteRegion> CutSite(const RegionOptions& options,
+                                const SiteFeatures& features,
                                 const std::vector<PosedFrame>& observers,
                                 int num_threads);
 
@@ -42,8 +49,8 @@ struct RegionObservers {
   std::vector<Observer> observers;             // refer to `features`
 };
 
-RegionObservers ReadRegionObservers(const LandmarksOptions& options,
-                                    const LandmarksInput& input,
+RegionObservers ReadRegionObservers(const RegionOptions& options,
+                                    const SiteFeatures& features,
                                     const std::vector<PosedFrame>& observers,
                                     const SiteRegion& region);
 
