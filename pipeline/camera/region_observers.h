@@ -42,7 +42,7 @@ std::vector<SiteRegion> CutSite(const RegionOptions& options,
 // Observers in order of time, with copies of their features whose points lie in a region or near
 // it, and of those without depth. Observers without any such point are left out.
 struct RegionObservers {
-  // Of the observer at the same place, without scales and raw_keypoints_px.
+  // By observer, without scales and raw_keypoints_px.
   std::vector<FrameFeatures> features;
   std::vector<std::vector<int>> feature_idxs;  // of each feature, among all of its frame
   std::vector<int> observer_idxs;              // of each observer, among those of the site

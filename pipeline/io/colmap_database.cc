@@ -150,8 +150,8 @@ void InsertImages(const ColmapModel& model, const Database& database) {
   }
 }
 
-// Of one image, by the second: alternates keypoints of the first and the second image, in the order
-// of the points.
+// Matches of one image by the second image: keypoints of the first and the second by turns, in
+// order of the points.
 using ImageMatches = std::map<int, std::vector<std::uint32_t>>;
 
 ImageMatches MatchesOfTracks(const ColmapModel& model, int first) {

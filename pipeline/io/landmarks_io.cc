@@ -57,8 +57,7 @@ std::string GroupOf(std::size_t region) { return fmt::format("region_{}/", regio
 std::vector<int> SeeingKeyframes(const LandmarkMap& map) {
   std::vector<int> seeing = Flattened(map.landmark_keyframes, std::identity());
   std::ranges::sort(seeing);
-  const auto rest = std::ranges::unique(seeing);
-  seeing.erase(rest.begin(), rest.end());
+  seeing.erase(std::unique(seeing.begin(), seeing.end()), seeing.end());
   return seeing;
 }
 

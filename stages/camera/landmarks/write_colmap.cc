@@ -22,7 +22,7 @@ std::ptrdiff_t NumParts(const StageContext& context, const std::string& model) {
                                [&](const char* part) { return context.HasOutput(part + model); });
 }
 
-// Of the files that are outputs.
+// Paths by name of the files that are outputs.
 std::map<std::string, std::filesystem::path> ModelPaths(StageContext& context) {
   std::map<std::string, std::filesystem::path> paths;
   for (const std::string model : kModels) {
