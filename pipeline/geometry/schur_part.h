@@ -24,7 +24,7 @@ struct LinearObservation {
   Eigen::Vector3d residual;
 };
 
-// Of an observation of the problem. Threads call it at once.
+// Linearizes an observation of the problem. Threads call it at once.
 using Linearize = std::function<LinearObservation(std::size_t observation)>;
 
 // Observations [begin, end) and the points [first_point, end_point), which no others see.
@@ -60,7 +60,7 @@ class SchurPart {
       : problem_(problem), of_point_(of_point), has_calibrations_(has_calibrations) {}
 
   void LinearizeRange(const SchurRange& range, const Linearize& linearize, int num_threads);
-  // Of the range linearized last.
+  // Takes the range that was linearized last.
   void EliminatePoints(double trust, int num_threads);
 
   // All indices are those of the problem.

@@ -34,7 +34,7 @@ class SiteFeatures {
   // Kind, size and options of the descriptors, and frames with their indices, but no features.
   const FeaturesShard& Heads() const;
   int FirstFrame() const;
-  // Of a frame in Heads().
+  // `place`: of the frame in Heads().
   int NumFeatures(std::size_t place) const;
   std::size_t NumShards() const;
   // Both read the shard unless it is in memory, and throw DataError naming file and field.
