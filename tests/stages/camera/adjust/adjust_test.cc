@@ -43,6 +43,7 @@ void SeeTheSamePoints(Whole* input) {
     frame.keypoints_px = frame.raw_keypoints_px = std::vector<Eigen::Vector2f>(50, {1, 2});
     frame.scales_px.assign(50, 5);
     frame.depths_m.assign(50, 0);
+    frame.descriptors.assign(std::size_t{50} * 128, 0);
   }
   for (OdometryShard& shard : input->all_odometry) {
     shard.tracks.resize(50);
