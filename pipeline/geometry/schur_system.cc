@@ -98,13 +98,14 @@ void SchurSystem::Load(const SchurRange& range, double trust) {
 
 // Poses with observations in the range, ascending.
 std::vector<std::size_t> SchurSystem::PosesOf(const SchurRange& range) const {
-  std::vector<std::size_t> poses;
+  std::vector<bool> is_seen(poses_.size(), false);
   for (std::size_t o = range.begin; o < range.end; ++o) {
-    const auto pose = static_cast<std::size_t>(problem_.observations[o].pose_idx);
-    if (pattern_.rank[pose] >= 0) poses.push_back(pose);
+    is_seen[static_cast<std::size_t>(problem_.observations[o].pose_idx)] = true;
   }
-  std::ranges::sort(poses);
-  poses.erase(std::unique(poses.begin(), poses.end()), poses.end());
+  std::vector<std::size_t> poses;
+  for (std::size_t pose = 0; pose < is_seen.size(); ++pose) {
+    if (is_seen[pose] && pattern_.rank[pose] >= 0) poses.push_back(pose);
+  }
   return poses;
 }
 
