@@ -201,6 +201,19 @@ def write_map(template, vocabulary, sparse, num_base_keyframes, path):
     return paths
 
 
+def postings(offsets, words):
+    """The inverted file of vocabulary.h5 over the words of frames: begins, frames and weights, as InvertedFile computes them."""
+    num_frames = len(offsets) - 1
+    frame_of = np.repeat(np.arange(num_frames), np.diff(offsets))
+    keys, counts = np.unique(words.astype(np.int64) * num_frames + frame_of, return_counts=True)
+    of_word, frames = np.divmod(keys, num_frames)
+    sizes = np.bincount(of_word)
+    idf = np.log((num_frames + 1) / np.maximum(sizes, 1)).astype(np.float32)
+    weights = counts.astype(np.float32) * idf[of_word]
+    norms = np.sqrt(np.bincount(frames, weights=weights.astype(np.float64) ** 2, minlength=num_frames))
+    return np.r_[0, np.cumsum(sizes)], frames, weights / norms[frames].astype(np.float32)
+
+
 def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
     """Writes vocabulary.h5 like `template` with a new frame per added keyframe: the words of the landmarks it
     sees, filled up with words of the same map to the number of a real frame."""
@@ -218,5 +231,11 @@ def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
             others = rng.choice(leaves, max(0, num_words - len(own)))
             added.append(np.r_[own, others])
         sizes = [len(frame) for frame in added]
-        _put(file, "frames/word_offsets", np.r_[offsets, offsets[-1] + np.cumsum(sizes)], np.int64)
-        _put(file, "frames/words", np.concatenate([words, *added]), np.int32)
+        offsets = np.r_[offsets, offsets[-1] + np.cumsum(sizes, dtype=np.int64)]
+        words = np.concatenate([words, *added])
+        begins, frames, weights = postings(offsets, words)
+        _put(file, "frames/word_offsets", offsets, np.int64)
+        _put(file, "frames/words", words, np.int32)
+        _put(file, "postings/begins", begins, np.int64)
+        _put(file, "postings/frame_idx", frames, np.int32)
+        _put(file, "postings/weight", weights, np.float32)

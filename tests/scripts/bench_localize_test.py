@@ -180,6 +180,17 @@ class PaddedMapTest(FolderTest):
             self.assertEqual(len(counts), NUM_FRAMES + len(padded.poses) - NUM_KEYFRAMES)
             self.assertEqual(counts.sum(), len(words["frames/words"]))
             self.assertGreaterEqual(counts.min(), 5)
+            self.assertEqual(len(words["postings/frame_idx"]), np.ravel(words["postings/begins"])[-1])
+
+    def test_postings_are_tf_idf_of_unit_length(self):
+        frames = [[2, 5, 2], [5], [], [3, 5, 3, 3]]
+        begins, of, weights = padded_map.postings(np.r_[0, np.cumsum([len(frame) for frame in frames])], np.concatenate(frames).astype(int))
+        self.assertEqual(begins.tolist(), [0, 0, 0, 1, 2, 2, 5])
+        self.assertEqual(of.tolist(), [0, 3, 0, 1, 3])
+        rare, common = np.log(5 / 1), np.log(5 / 3)
+        expected = [2 * rare / np.hypot(2 * rare, common), 3 * rare / np.hypot(3 * rare, common),
+                    common / np.hypot(2 * rare, common), 1, common / np.hypot(3 * rare, common)]  # fmt: skip
+        np.testing.assert_allclose(weights, expected, rtol=1e-6)
 
     def test_other_descriptors_are_refused(self):
         write_site(self.site, kind=1)

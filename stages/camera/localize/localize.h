@@ -79,7 +79,7 @@ struct LocalizeInput {
   std::vector<RgbdCamera> cameras;
   ExtractionOptions extraction;  // those that made the map's features
   const LandmarkMap* map = nullptr;
-  const Vocabulary* vocabulary = nullptr;
+  const VocabularyIndex* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
   // Called with the reason why a picture could not be read, in the order of the queries.

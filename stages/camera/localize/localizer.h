@@ -23,7 +23,9 @@ QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const st
 // construction: threads may share one. Keeps references.
 class Localizer {
  public:
-  Localizer(const LocalizeOptions& options, const LandmarkMap& map, const Vocabulary& vocabulary)
+  Localizer(const LocalizeOptions& options,
+            const LandmarkMap& map,
+            const VocabularyIndex& vocabulary)
       : options_(options), index_(options, map, vocabulary) {}
 
   QueryResult Localize(const FrameRecord& query,

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
         cv::setNumThreads(1);  // pictures are the unit of parallelism
         context.BeginPart("read");
         const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
-        const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
+        const VocabularyIndex vocabulary = OpenVocabulary(context.Input("vocabulary"));
         const FrameReader reader(context.Input("data"), context.Inputs("masks"));
         const auto map_cameras = ReadCameras(context.Input("calibrated"));
         const auto queries = ReadFrames(context.Input("queries"));

@@ -47,7 +47,7 @@ class LocalizeTest : public testing::Test {
   }
 
   LandmarkScene scene_ = MakeLandmarkScene();
-  Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
+  VocabularyIndex vocabulary_ = IndexOf(MakeSceneVocabulary(scene_));
   LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
   FrameRecord query_{5, 77, 0, 0, {"query.png", "h"}, {}, {}};
