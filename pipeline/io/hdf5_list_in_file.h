@@ -16,7 +16,7 @@ namespace nightmap {
 template <typename T>
 class Hdf5ListInFile {
  public:
-  // Of Hdf5Reader::LeaveInFile. Takes the file descriptor.
+  // Hdf5Reader::LeaveInFile makes one. Takes the file descriptor.
   Hdf5ListInFile(int file,
                  std::filesystem::path path,
                  std::string name,
