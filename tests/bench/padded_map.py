@@ -249,7 +249,7 @@ def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
         added = []
         for rows in np.split(by_keyframe[:, 0], ends[:-1])[num_base_keyframes:]:
             own = leaves[first[rows]]
-            others = rng.choice(leaves, max(0, num_words - len(own)))
+            others = leaves[rng.integers(len(leaves), size=max(0, num_words - len(own)))]
             added.append(np.r_[own, others])
         sizes = [len(frame) for frame in added]
         offsets = np.r_[offsets, offsets[-1] + np.cumsum(sizes, dtype=np.int64)]
