@@ -148,6 +148,10 @@ inline Vocabulary VocabularyOf(const std::vector<std::uint8_t>& all,
   return vocabulary;
 }
 
+inline VocabularyIndex IndexOf(const Vocabulary& vocabulary) {
+  return {vocabulary.tree, InvertedFile(vocabulary.words)};
+}
+
 inline Vocabulary MakeSceneVocabulary(const LandmarkScene& scene) {
   std::vector<std::uint8_t> all;
   for (const auto& d : scene.descriptors) all.insert(all.end(), d.begin(), d.end());

@@ -44,32 +44,46 @@ bool IsBetter(const InvertedFile::Result& a, const InvertedFile::Result& b) {
 
 InvertedFile::InvertedFile(const std::vector<std::vector<int>>& words)
     : num_frames_(words.size()), begins_(CountPostings(words)) {
-  postings_.resize(begins_.back());
-  idf_.resize(begins_.size() - 1, 0.0F);
+  postings_.frames.resize(begins_.back());
+  postings_.weights.resize(begins_.back());
+  SetInverseFrequencies();
   std::vector<std::size_t> next(begins_.begin(), begins_.end() - 1);
   for (std::size_t frame = 0; frame < words.size(); ++frame) {
     for (const auto& [word, count] : CountWords(words[frame])) {
-      postings_[next[static_cast<std::size_t>(word)]++] = {static_cast<std::int32_t>(frame),
-                                                           static_cast<float>(count)};
+      const std::size_t i = next[static_cast<std::size_t>(word)]++;
+      postings_.frames[i] = static_cast<std::int32_t>(frame);
+      postings_.weights[i] = static_cast<float>(count);
     }
   }
   std::vector<double> squared_norms(num_frames_, 0.0);
   for (std::size_t word = 0; word < NumWords(); ++word) {
-    const std::size_t num_postings = begins_[word + 1] - begins_[word];
-    if (num_postings == 0) continue;
-    // Adds one, so that a map of one frame still scores.
-    idf_[word] = static_cast<float>(
-        std::log(static_cast<double>(num_frames_ + 1) / static_cast<double>(num_postings)));
     for (std::size_t i = begins_[word]; i < begins_[word + 1]; ++i) {
-      Posting& posting = postings_[i];
-      posting.weight *= idf_[word];
-      squared_norms[static_cast<std::size_t>(posting.frame_idx)] +=
-          static_cast<double>(posting.weight) * posting.weight;
+      float& weight = postings_.weights[i];
+      weight *= idf_[word];
+      squared_norms[static_cast<std::size_t>(postings_.frames[i])] +=
+          static_cast<double>(weight) * weight;
     }
   }
-  for (Posting& posting : postings_) {
-    posting.weight /=
-        static_cast<float>(std::sqrt(squared_norms[static_cast<std::size_t>(posting.frame_idx)]));
+  for (std::size_t i = 0; i < begins_.back(); ++i) {
+    postings_.weights[i] /=
+        static_cast<float>(std::sqrt(squared_norms[static_cast<std::size_t>(postings_.frames[i])]));
+  }
+}
+
+InvertedFile::InvertedFile(std::size_t num_frames,
+                           std::vector<std::size_t> begins,
+                           ReadPostings read)
+    : num_frames_(num_frames), begins_(std::move(begins)), read_(std::move(read)) {
+  SetInverseFrequencies();
+}
+
+void InvertedFile::SetInverseFrequencies() {
+  idf_.resize(begins_.size() - 1, 0.0F);
+  for (std::size_t word = 0; word < NumWords(); ++word) {
+    if (NumPostings(word) == 0) continue;
+    // Adds one, so that a map of one frame still scores.
+    idf_[word] = static_cast<float>(
+        std::log(static_cast<double>(num_frames_ + 1) / static_cast<double>(NumPostings(word))));
   }
 }
 
@@ -81,15 +95,25 @@ std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& wo
                               : std::min(num_frames_, static_cast<std::size_t>(before_frame_idx));
   std::vector<double> scores(end, 0.0);
   double squared_norm = 0;
-  for (const auto& [word, num_occurrences] : CountWords(words)) {
-    if (word < 0 || static_cast<std::size_t>(word) >= NumWords()) continue;
-    const double weight =
-        num_occurrences * static_cast<double>(idf_[static_cast<std::size_t>(word)]);
-    squared_norm += weight * weight;
-    for (const Posting& posting : Of(static_cast<std::size_t>(word))) {
-      const auto frame = static_cast<std::size_t>(posting.frame_idx);
+  const auto add = [&](std::span<const std::int32_t> frames, const float* weights, double weight) {
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const auto frame = static_cast<std::size_t>(frames[i]);
       if (frame >= end) break;
-      scores[frame] += weight * static_cast<double>(posting.weight);
+      scores[frame] += weight * static_cast<double>(weights[i]);
+    }
+  };
+  for (const auto& [word, num_occurrences] : CountWords(words)) {
+    const auto w = static_cast<std::size_t>(word);
+    if (word < 0 || w >= NumWords()) continue;
+    const double weight = num_occurrences * static_cast<double>(idf_[w]);
+    squared_norm += weight * weight;
+    if (read_) {
+      const Postings postings = read_(begins_[w], begins_[w + 1]);
+      add(postings.frames, postings.weights.data(), weight);
+    } else {
+      add(std::span(postings_.frames).subspan(begins_[w], NumPostings(w)),
+          postings_.weights.data() + begins_[w],
+          weight);
     }
   }
   std::vector<Result> results;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,28 +17,41 @@ class InvertedFile {
     int frame_idx = 0;
     double score = 0;  // in [0, 1]
   };
-  // words[i]: leaf words of frame i's features. They need not outlive it.
+  // Frames that have a word, ascending, and its weight in each; or those of several words in turn.
+  struct Postings {
+    std::vector<std::int32_t> frames;
+    std::vector<float> weights;
+  };
+  // Postings [begin, end) of all. Threads call it at the same time.
+  using ReadPostings = std::function<Postings(std::size_t begin, std::size_t end)>;
+
   InvertedFile() = default;
+  // words[i]: leaf words of frame i's features. They need not outlive it.
   explicit InvertedFile(const std::vector<std::vector<int>>& words);
+  // The same inverted file with the postings elsewhere, read for each query. `begins`: of the
+  // postings of each word, and the end.
+  InvertedFile(std::size_t num_frames, std::vector<std::size_t> begins, ReadPostings read);
+
   // The best `count` frames that share a word with a bag of words, best first, ties by frame index.
   // Only frames with index below `before_frame_idx` (negative: all). Ignores words never seen.
   std::vector<Result> Query(const std::vector<int>& words,
                             int count,
                             int before_frame_idx = -1) const;
 
+  std::size_t NumFrames() const { return num_frames_; }
+  const std::vector<std::size_t>& Begins() const { return begins_; }
+  // Those in memory.
+  const Postings& AllPostings() const { return postings_; }
+
  private:
-  struct Posting {
-    std::int32_t frame_idx = 0;
-    float weight = 0;
-  };
-  std::span<const Posting> Of(std::size_t word) const {
-    return {postings_.data() + begins_[word], postings_.data() + begins_[word + 1]};
-  }
   std::size_t NumWords() const { return idf_.size(); }
+  std::size_t NumPostings(std::size_t word) const { return begins_[word + 1] - begins_[word]; }
+  void SetInverseFrequencies();
 
   std::size_t num_frames_ = 0;
-  std::vector<Posting> postings_;    // by word, then by frame
-  std::vector<std::size_t> begins_;  // of each word, and the end
+  std::vector<std::size_t> begins_{0};
+  Postings postings_;  // by word; empty when they are elsewhere
+  ReadPostings read_;  // empty when they are in memory
   std::vector<float> idf_;
 };
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/camera/vocabulary_io.h"
 
+#include <algorithm>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_table.h"
@@ -10,7 +13,7 @@ namespace nightmap {
 namespace {
 
 constexpr char kVocabularyFormat[] = "nightmap.vocabulary";
-constexpr int kVocabularyVersion = 1;
+constexpr int kVocabularyVersion = 2;  // 2: postings
 constexpr char kUnits[] = "node indices; descriptors as in the features artifact";
 
 using Node = VocabularyTree::Node;
@@ -19,6 +22,41 @@ constexpr auto kNodes = Hdf5Table<Node>(
 
 constexpr auto kWords = Hdf5Table<std::vector<int>>(
     Hdf5Lists("frames/word_offsets", kItself, Hdf5Table<int>(Hdf5Column("frames/words", kItself))));
+
+constexpr char kBegins[] = "postings/begins";
+constexpr char kFrames[] = "postings/frame_idx";
+constexpr char kWeights[] = "postings/weight";
+
+void WritePostings(const InvertedFile& frames, Hdf5Writer* writer) {
+  const std::vector<std::size_t>& begins = frames.Begins();
+  writer->WriteList(kBegins, std::vector<std::int64_t>(begins.begin(), begins.end()));
+  writer->WriteList(kFrames, frames.AllPostings().frames);
+  writer->WriteList(kWeights, frames.AllPostings().weights);
+}
+
+InvertedFile OpenPostings(const Hdf5Reader& reader, std::size_t num_words) {
+  const std::size_t num_frames =
+      reader.ReadOffsets("frames/word_offsets", std::nullopt, std::nullopt).size() - 1;
+  const auto frames = reader.LeaveInFile<std::int32_t>(kFrames);
+  const auto weights = reader.LeaveInFile<float>(kWeights);
+  auto begins = reader.ReadOffsets(kBegins, std::nullopt, frames.Size());
+  reader.Demand(begins.size() - 1 <= num_words, kBegins);
+  reader.Demand(weights.Size() == frames.Size(), kWeights, "has another length");
+  const auto read = [=](std::size_t begin, std::size_t end) {
+    InvertedFile::Postings postings{frames.Read(begin, end), weights.Read(begin, end)};
+    std::int64_t before = -1;
+    for (const std::int32_t frame : postings.frames) {
+      if (frame <= before || static_cast<std::size_t>(frame) >= num_frames) {
+        frames.Fail(fmt::format("has frame {} out of order or range", frame));
+      }
+      before = frame;
+    }
+    const auto is_weight = [](float weight) { return weight > 0 && weight < 1.001F; };
+    if (!std::ranges::all_of(postings.weights, is_weight)) weights.Fail("is not in (0, 1]");
+    return postings;
+  };
+  return {num_frames, std::move(begins), read};
+}
 
 VocabularyTree ReadTree(const Hdf5Reader& reader) {
   const auto kind = reader.ReadOne<std::int32_t>("tree/kind");
@@ -55,6 +93,7 @@ void WriteVocabulary(const std::filesystem::path& path,
                                    static_cast<std::size_t>(DescriptorSize(tree.Kind())),
                                    tree.Centres()});
   kWords.Write(vocabulary.words, &writer);
+  WritePostings(InvertedFile(vocabulary.words), &writer);
   writer.Close();
 }
 
@@ -64,6 +103,13 @@ Vocabulary ReadVocabulary(const std::filesystem::path& path) {
   reader.DemandIndices(
       vocabulary.words, static_cast<std::size_t>(vocabulary.tree.NumNodes()), "frames/words");
   return vocabulary;
+}
+
+VocabularyIndex OpenVocabulary(const std::filesystem::path& path) {
+  const Hdf5Reader reader(path, kVocabularyFormat, kVocabularyVersion);
+  VocabularyTree tree = ReadTree(reader);
+  const auto num_words = static_cast<std::size_t>(tree.NumNodes());
+  return {std::move(tree), OpenPostings(reader, num_words)};
 }
 
 VocabularyTree ReadVocabularyTree(const std::filesystem::path& path) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "pipeline/base/memory.h"
+#include "pipeline/io/hdf5_list_in_file.h"
 
 namespace nightmap {
 
@@ -87,6 +88,10 @@ class Hdf5Reader {
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
+  // A list to be read by need: checked like Read but for its values, which have no hash of their
+  // own part by part.
+  template <typename T>
+  Hdf5ListInFile<T> LeaveInFile(const std::string& name) const;
   // The only number of an array. Throws DataError naming file and field on any other size.
   template <typename T>
   T ReadOne(const std::string& name) const {
@@ -121,7 +126,11 @@ class Hdf5Reader {
   const std::filesystem::path& Path() const { return path_; }
 
  private:
+  struct OpenArray;
   explicit Hdf5Reader(const std::filesystem::path& path);
+  // Opens an array whose declaration is as Read demands.
+  template <typename T>
+  OpenArray Open(const std::string& name, std::size_t cols) const;
   std::int64_t ReadInteger(const std::string& name) const;
   std::string ReadTextOf(std::int64_t object, const std::string& name) const;
   void CheckText(const std::string& name, const std::string& text) const;

@@ -11,6 +11,8 @@
 namespace nightmap {
 
 inline constexpr const char* kHdf5HashName = "xxh3";
+inline constexpr std::string_view kHdf5IsNotAsWritten =
+    "is not as it was written (its hash differs)";
 
 // Hash of an array with its place in the file and its shape.
 std::string HashOfHdf5Array(const std::string& name,

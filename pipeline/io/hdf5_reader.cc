@@ -3,7 +3,6 @@
 // HDF5 itself reads a text or a number of another type past the end of its target, and allocates
 // memory for any declared size.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/input_error.h"
@@ -16,13 +15,6 @@ namespace nightmap {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = 64 * 1024;  // longest text of Hdf5Writer and its final zero
-constexpr std::string_view kIsNotAsWritten = "is not as it was written (its hash differs)";
-
-template <typename T>
-bool AllFinite(const std::vector<T>& values) {
-  if constexpr (!std::is_floating_point_v<T>) return true;
-  return std::ranges::all_of(values, [](T value) { return std::isfinite(value); });
-}
 
 // No zeros or control characters except tab and line breaks, so that it prints unchanged.
 bool IsPlainUtf8(const std::string& text) {
@@ -41,19 +33,6 @@ bool IsPlainUtf8(const std::string& text) {
 bool IsScalar(hid_t attribute) {
   const Hdf5Handle space(H5Aget_space(attribute), H5Sclose);
   return H5Sget_simple_extent_type(space) == H5S_SCALAR;
-}
-
-// Whether the array is contiguous, uncompressed, and wholly inside this file, as Hdf5Writer writes
-// it.
-bool HoldsBytes(hid_t dataset, std::uintmax_t num_bytes, std::uintmax_t file_bytes) {
-  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
-  if (H5Pget_layout(properties) != H5D_CONTIGUOUS || H5Pget_external_count(properties) != 0) {
-    return false;
-  }
-  if (num_bytes == 0) return true;
-  const haddr_t begin = H5Dget_offset(dataset);
-  return H5Dget_storage_size(dataset) == num_bytes && begin != HADDR_UNDEF && begin <= file_bytes &&
-         num_bytes <= file_bytes - begin;
 }
 
 }  // namespace
@@ -145,7 +124,9 @@ std::int64_t Hdf5Reader::ReadInteger(const std::string& name) const {
 
 void Hdf5Reader::CheckText(const std::string& name, const std::string& text) const {
   const std::string lines = '\n' + ReadTextOf(file_, kHdf5HashName);
-  Demand(lines.find('\n' + LineOfHdf5Text(name, text)) != std::string::npos, name, kIsNotAsWritten);
+  Demand(lines.find('\n' + LineOfHdf5Text(name, text)) != std::string::npos,
+         name,
+         kHdf5IsNotAsWritten);
 }
 
 bool Hdf5Reader::Has(const std::string& name) const {
@@ -192,54 +173,6 @@ std::string Hdf5Reader::PathOf(const std::string& name) const {
   return path;
 }
 
-template <typename T>
-Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
-  const std::string path = PathOf(name);
-  const Hdf5Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!dataset.Valid()) Fail(name, "is missing");
-  const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
-  if (H5Tequal(type, NativeHdf5Type<T>()) <= 0) Fail(name, "has another element type");
-  const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
-  hsize_t sizes[2] = {0, 0};
-  if (H5Sget_simple_extent_ndims(space) != 2) Fail(name, "is not a matrix");
-  H5Sget_simple_extent_dims(space, sizes, nullptr);
-  if (cols != 0 && sizes[1] != cols) {
-    Fail(name, fmt::format("has {} columns, {} are needed", sizes[1], cols));
-  }
-  const std::uintmax_t max_values = file_bytes_ / sizeof(T);
-  if (sizes[1] > max_values || sizes[0] > max_values / std::max<hsize_t>(sizes[1], 1) ||
-      !HoldsBytes(dataset, sizes[0] * sizes[1] * sizeof(T), file_bytes_)) {
-    Fail(name,
-         fmt::format("declares {} x {} values, which the file of {} bytes does not hold in one "
-                     "uncompressed piece",
-                     sizes[0],
-                     sizes[1],
-                     file_bytes_));
-  }
-  Array<T> array{sizes[0], sizes[1], std::vector<T>(sizes[0] * sizes[1])};
-  if (!array.values.empty() &&
-      H5Dread(dataset, NativeHdf5Type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) <
-          0) {
-    Fail(name, "cannot be read (truncated file?)");
-  }
-  const std::string_view bytes(reinterpret_cast<const char*>(array.values.data()),
-                               array.values.size() * sizeof(T));
-  Demand(ReadTextOf(dataset, kHdf5HashName) == HashOfHdf5Array(path, array.rows, array.cols, bytes),
-         name,
-         kIsNotAsWritten);
-  if (!AllFinite(array.values)) Fail(name, "holds NaN or infinity");
-  return array;
-}
-
-#define NIGHTMAP_INSTANTIATE(T) \
-  template Array<T> Hdf5Reader::Read<T>(const std::string&, std::size_t) const;
-NIGHTMAP_INSTANTIATE(std::uint8_t)
-NIGHTMAP_INSTANTIATE(std::int32_t)
-NIGHTMAP_INSTANTIATE(std::uint32_t)
-NIGHTMAP_INSTANTIATE(std::int64_t)
-NIGHTMAP_INSTANTIATE(float)
-NIGHTMAP_INSTANTIATE(double)
-#undef NIGHTMAP_INSTANTIATE
 template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int32_t>(
     const std::string&, std::optional<std::size_t>, std::optional<std::size_t>) const;
 template std::vector<std::size_t> Hdf5Reader::ReadOffsets<std::int64_t>(

@@ -22,6 +22,7 @@ from nightmap_site.script_errors import DataError
 NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations
 APART_M = 1000.0  # gap between a map and the next copy
+PIECE = 1 << 19  # descriptors whose words are computed at a time
 FARTHEST_M = np.finfo(np.float64).max  # where a region has no bound
 
 
@@ -142,10 +143,16 @@ def word_paths(tree, descriptors):
     """Vocabulary nodes on the path of each descriptor, one per level, with the leaf repeated; as
     VocabularyTree::Path."""
     nodes, centres = tree["nodes"][:], tree["centres"][:].astype(np.float32)
+    depth = int(tree["depth"][0, 0])
+    pieces = np.split(descriptors, range(PIECE, len(descriptors), PIECE))
+    return np.concatenate([_word_paths(nodes, centres, depth, piece) for piece in pieces])
+
+
+def _word_paths(nodes, centres, depth, descriptors):
     values = descriptors.astype(np.float32)
     squares = np.einsum("ij,ij->i", centres, centres)
     at = np.zeros(len(values), dtype=np.int32)
-    paths = np.empty((len(values), int(tree["depth"][0, 0])), dtype=np.int32)
+    paths = np.empty((len(values), depth), dtype=np.int32)
     for level in range(paths.shape[1]):
         order = np.argsort(at, kind="stable")
         starts = np.flatnonzero(np.r_[True, np.diff(at[order]) > 0])
@@ -167,9 +174,37 @@ def _put(file, name, values, dtype):
     file.create_dataset(name, data=values.reshape(len(values), -1), track_times=False)
 
 
+def _put_regions(file, sparse, paths):
+    """A region of each map that was joined: they lie APART_M from each other in x, one after the other."""
+    at = np.rint(sparse.positions_m[:, 0] / APART_M).astype(np.int64)
+    firsts = np.r_[0, np.flatnonzero(np.diff(at)) + 1, len(sparse)]
+    bounds_m = np.r_[-FARTHEST_M, APART_M * (at[firsts[1:-1]] - 0.5), FARTHEST_M]
+    whole = np.full(len(firsts) - 1, FARTHEST_M)
+    _put(file, "regions/min_m", np.column_stack([bounds_m[:-1], -whole]), np.float64)
+    _put(file, "regions/max_m", np.column_stack([bounds_m[1:], whole]), np.float64)
+    _put(file, "regions/num_landmarks", np.diff(firsts), np.int64)
+    rows = np.searchsorted(sparse.landmark_idxs, firsts)
+    views = np.searchsorted(sparse.seen[:, 0], firsts)
+    keyframes = [np.unique(sparse.seen[begin:end, 1]) for begin, end in zip(views, views[1:])]
+    _put(file, "regions/keyframe_offsets", np.r_[0, np.cumsum([len(seen) for seen in keyframes])], np.int64)
+    _put(file, "regions/keyframe_idx", np.concatenate(keyframes), np.int32)
+    for i, first in enumerate(firsts[:-1]):
+        own, of, seen = slice(first, firsts[i + 1]), slice(rows[i], rows[i + 1]), slice(views[i], views[i + 1])
+        group = file.create_group(f"region_{i}")
+        _put(group, "landmarks/position_in_map_m", sparse.positions_m[own], np.float64)
+        _put(group, "landmarks/position_sigma_m", sparse.sigmas_m[own], np.float32)
+        _put(group, "descriptors/values", sparse.descriptors[of], np.uint8)
+        _put(group, "descriptors/landmark_idx", sparse.landmark_idxs[of] - first, np.int32)
+        _put(group, "descriptors/words", paths[of], np.int32)
+        counts = np.bincount(sparse.seen[seen, 0] - first, minlength=own.stop - first)
+        _put(group, "observations/offsets", np.r_[0, np.cumsum(counts)], np.int64)
+        _put(group, "observations/keyframe_idx", sparse.seen[seen, 1], np.int32)
+        _put(group, "observations/feature_idx", np.zeros(views[i + 1] - views[i]), np.int32)
+
+
 def write_map(template, vocabulary, sparse, num_base_keyframes, path):
-    """Writes landmarks.h5 like `template` with the landmarks of `sparse` in one region. Keyframes beyond the base's become new
-    frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse`: a region of the base, and one of each copy.
+    Keyframes beyond the base's become new frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
     paths = word_paths(vocabulary["tree"], sparse.descriptors)
     num_added = len(sparse.poses) - num_base_keyframes
     num_frames = len(vocabulary["frames/word_offsets"]) - 1
@@ -183,22 +218,21 @@ def write_map(template, vocabulary, sparse, num_base_keyframes, path):
         _put(file, "keyframes/map_from_camera", sparse.poses, np.float64)
         for name in [name for name in file if name.startswith("region")]:
             del file[name]
-        _put(file, "regions/min_m", [[-FARTHEST_M] * 2], np.float64)
-        _put(file, "regions/max_m", [[FARTHEST_M] * 2], np.float64)
-        _put(file, "regions/num_landmarks", [len(sparse)], np.int64)
-        keyframes = np.unique(sparse.seen[:, 1])
-        _put(file, "regions/keyframe_offsets", [0, len(keyframes)], np.int64)
-        _put(file, "regions/keyframe_idx", keyframes, np.int32)
-        _put(file, "region_0/landmarks/position_in_map_m", sparse.positions_m, np.float64)
-        _put(file, "region_0/landmarks/position_sigma_m", sparse.sigmas_m, np.float32)
-        _put(file, "region_0/descriptors/values", sparse.descriptors, np.uint8)
-        _put(file, "region_0/descriptors/landmark_idx", sparse.landmark_idxs, np.int32)
-        _put(file, "region_0/descriptors/words", paths, np.int32)
-        counts = np.bincount(sparse.seen[:, 0], minlength=len(sparse))
-        _put(file, "region_0/observations/offsets", np.r_[0, np.cumsum(counts)], np.int64)
-        _put(file, "region_0/observations/keyframe_idx", sparse.seen[:, 1], np.int32)
-        _put(file, "region_0/observations/feature_idx", np.zeros(len(sparse.seen)), np.int32)
+        _put_regions(file, sparse, paths)
     return paths
+
+
+def postings(offsets, words):
+    """The inverted file of vocabulary.h5 over the words of frames: begins, frames and weights, as InvertedFile computes them."""
+    num_frames = len(offsets) - 1
+    frame_of = np.repeat(np.arange(num_frames), np.diff(offsets))
+    keys, counts = np.unique(words.astype(np.int64) * num_frames + frame_of, return_counts=True)
+    of_word, frames = np.divmod(keys, num_frames)
+    sizes = np.bincount(of_word)
+    idf = np.log((num_frames + 1) / np.maximum(sizes, 1)).astype(np.float32)
+    weights = counts.astype(np.float32) * idf[of_word]
+    norms = np.sqrt(np.bincount(frames, weights=weights.astype(np.float64) ** 2, minlength=num_frames))
+    return np.r_[0, np.cumsum(sizes)], frames, weights / norms[frames].astype(np.float32)
 
 
 def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
@@ -215,8 +249,14 @@ def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
         added = []
         for rows in np.split(by_keyframe[:, 0], ends[:-1])[num_base_keyframes:]:
             own = leaves[first[rows]]
-            others = rng.choice(leaves, max(0, num_words - len(own)))
+            others = leaves[rng.integers(len(leaves), size=max(0, num_words - len(own)))]
             added.append(np.r_[own, others])
         sizes = [len(frame) for frame in added]
-        _put(file, "frames/word_offsets", np.r_[offsets, offsets[-1] + np.cumsum(sizes)], np.int64)
-        _put(file, "frames/words", np.concatenate([words, *added]), np.int32)
+        offsets = np.r_[offsets, offsets[-1] + np.cumsum(sizes, dtype=np.int64)]
+        words = np.concatenate([words, *added])
+        begins, frames, weights = postings(offsets, words)
+        _put(file, "frames/word_offsets", offsets, np.int64)
+        _put(file, "frames/words", words, np.int32)
+        _put(file, "postings/begins", begins, np.int64)
+        _put(file, "postings/frame_idx", frames, np.int32)
+        _put(file, "postings/weight", weights, np.float32)

@@ -2,6 +2,7 @@
 #include "pipeline/io/hdf5_file.h"
 
 #include <limits>
+#include <memory>
 
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
@@ -113,6 +114,33 @@ TEST_F(Hdf5FileTest, WhatCannotBeWrittenIsNamed) {
   writer.WriteList<float>("list", {1});
   NIGHTMAP_EXPECT_ERROR(
       DataError, writer.WriteList<float>("list", {2}), "a.h5: cannot write array");
+}
+
+TEST_F(Hdf5FileTest, AListLeftInTheFileIsReadInParts) {
+  Hdf5Writer writer(path_, "thing", 1, "", "");
+  writer.WriteList<std::int32_t>("a/list", {10, 11, 12, 13, 14});
+  writer.WriteList<float>("empty", {});
+  writer.WriteList<float>("nan", {1, std::numeric_limits<float>::quiet_NaN(), 3});
+  writer.Write("matrix", Array<float>{1, 2, {1, 2}});
+  writer.Close();
+  auto reader = std::make_unique<Hdf5Reader>(path_, "thing", 1);
+  const auto list = reader->LeaveInFile<std::int32_t>("a/list");
+  const auto empty = reader->LeaveInFile<float>("empty");
+  const auto nan = reader->LeaveInFile<float>("nan");
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, reader->LeaveInFile<float>("a/list"), "another element");
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, reader->LeaveInFile<float>("matrix"), "has 2 columns");
+  reader.reset();  // the lists keep the file open
+  EXPECT_EQ(list.Size(), 5U);
+  EXPECT_EQ(list.Read(1, 4), (std::vector<std::int32_t>{11, 12, 13}));
+  EXPECT_EQ(list.Read(0, 5).size(), 5U);
+  EXPECT_TRUE(list.Read(5, 5).empty());
+  EXPECT_TRUE(empty.Read(0, 0).empty());
+  EXPECT_EQ(nan.Read(2, 3), (std::vector<float>{3}));
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, nan.Read(0, 3), "a.h5: field 'nan' holds NaN");
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(4, 6), "a.h5: field 'a/list' has no elements");
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(3, 2), "has no elements 3 to 2");
+  std::filesystem::resize_file(path_, 100);
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(0, 5), "a/list' cannot be read (truncated file?)");
 }
 
 }  // namespace nightmap::hdf5_file_test

@@ -164,6 +164,10 @@ const auto kReadScans = [](const Path& path) { return ReadSignals(path, SignalKi
 const auto kWriteScanQueries = [](const Path& path, const auto& queries, const char*) {
   WriteScanQueries(path, queries);
 };
+const auto kReadVocabulary = [](const Path& path) {
+  OpenVocabulary(path).frames.Query({1, 2}, 5);
+  return ReadVocabulary(path);
+};
 const auto kReadFeatures = [](const Path& path) { return ReadFeatures(path); };
 
 std::vector<Format> Formats() {
@@ -176,7 +180,7 @@ std::vector<Format> Formats() {
       FormatOf("nightmap labels", 2, SomeLabels(), WriteLabels, ReadLabels),
       FormatOf("nightmap masks", 1, SomeMasks(), WriteMasks, ReadMasks),
       FormatOf("nightmap voxel labels", 1, SomeVoxels(), WriteVoxelLabels, ReadVoxelLabels),
-      FormatOf("nightmap.vocabulary", 1, SomeVocabulary(), WriteVocabulary, ReadVocabulary),
+      FormatOf("nightmap.vocabulary", 2, SomeVocabulary(), WriteVocabulary, kReadVocabulary),
       FormatOf("nightmap signals", 1, SomeScans(), kWriteScans, kReadScans),
       FormatOf("nightmap scan queries", 1, SomeScanQueries(), kWriteScanQueries, ReadScanQueries)};
 }

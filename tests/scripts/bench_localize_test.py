@@ -22,7 +22,7 @@ paths = dict(argument.split("=", 1) for argument in sys.argv if "=" in argument)
 outs = [a.split("=", 1) for flag, a in zip(sys.argv, sys.argv[1:]) if flag == "--out"]
 out = dict(outs)
 landmarks = [a for a in sys.argv if a.startswith("landmarks=")][0].split("=", 1)[1]
-size = len(h5py.File(landmarks)["region_0/landmarks/position_sigma_m"])
+size = int(h5py.File(landmarks)["regions/num_landmarks"][:].sum())
 assert len(h5py.File(paths["vocabulary"])["frames/word_offsets"]) >= 7
 parts = [["read", 1], ["extract", 0.1], ["locate", 0.0001 * size], ["extract", 0.1], ["locate", 0.0001 * size]]
 json.dump({"parts": [{"name": n, "wall_time_s": 9, "cpu_time_s": s} for n, s in parts]}, open(out["receipt"], "w"))
@@ -169,6 +169,12 @@ class PaddedMapTest(FolderTest):
                 self.site / "landmarks" / "landmarks.h5", file, padded, NUM_KEYFRAMES, out / "landmarks.h5"
             )
         padded_map.write_vocabulary(vocabulary, padded, paths[:, -1], NUM_KEYFRAMES, out / "vocabulary.h5", self.rng)
+        with h5py.File(out / "landmarks.h5") as landmarks:
+            num_regions = len(landmarks["regions/min_m"])
+            x_m = [landmarks[f"region_{i}/landmarks/position_in_map_m"][:, 0] for i in range(num_regions)]
+            self.assertGreater(len(x_m), 1)  # the base, and each copy
+            for of_region, least_m, most_m in zip(x_m, landmarks["regions/min_m"][:, 0], landmarks["regions/max_m"][:, 0]):
+                self.assertTrue(((least_m <= of_region) & (of_region < most_m)).all())
         again = padded_map.read_map(out / "landmarks.h5")
         np.testing.assert_array_equal(again.seen, padded.seen)
         np.testing.assert_array_equal(again.descriptors, padded.descriptors)
@@ -180,6 +186,18 @@ class PaddedMapTest(FolderTest):
             self.assertEqual(len(counts), NUM_FRAMES + len(padded.poses) - NUM_KEYFRAMES)
             self.assertEqual(counts.sum(), len(words["frames/words"]))
             self.assertGreaterEqual(counts.min(), 5)
+            self.assertEqual(len(words["postings/frame_idx"]), np.ravel(words["postings/begins"])[-1])
+
+    def test_postings_are_tf_idf_of_unit_length(self):
+        frames = [[2, 5, 2], [5], [], [3, 5, 3, 3]]
+        offsets = np.r_[0, np.cumsum([len(frame) for frame in frames])]
+        begins, of, weights = padded_map.postings(offsets, np.concatenate(frames).astype(int))
+        self.assertEqual(begins.tolist(), [0, 0, 0, 1, 2, 2, 5])
+        self.assertEqual(of.tolist(), [0, 3, 0, 1, 3])
+        rare, common = np.log(5 / 1), np.log(5 / 3)
+        expected = [2 * rare / np.hypot(2 * rare, common), 3 * rare / np.hypot(3 * rare, common),
+                    common / np.hypot(2 * rare, common), 1, common / np.hypot(3 * rare, common)]  # fmt: skip
+        np.testing.assert_allclose(weights, expected, rtol=1e-6)
 
     def test_other_descriptors_are_refused(self):
         write_site(self.site, kind=1)

@@ -58,16 +58,15 @@ struct LandmarkIndex::SpatialTree {
 
 LandmarkIndex::LandmarkIndex(const LocalizeOptions& options,
                              const LandmarkMap& map,
-                             const Vocabulary& vocabulary)
+                             const VocabularyIndex& vocabulary)
     : options_(options),
       map_(map),
       vocabulary_(vocabulary),
       max_distance_(DistanceFromRelative(map.kind, options.max_descriptor_distance)),
-      frames_(vocabulary.words),
       words_(map, vocabulary.tree),
       keyframe_landmarks_(map.KeyframeLandmarks()),
       descriptor_offsets_(map.DescriptorOffsets()),
-      frame_keyframes_(vocabulary.words.size(), -1),
+      frame_keyframes_(vocabulary.frames.NumFrames(), -1),
       spatial_tree_(std::make_unique<SpatialTree>(map.positions_in_map)) {
   for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
     const auto frame = static_cast<std::size_t>(map.keyframes[i].frame_idx);

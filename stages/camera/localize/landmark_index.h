@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/camera/inverted_file.h"
 #include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "stages/camera/localize/localize.h"
@@ -32,12 +31,12 @@ class LandmarkIndex {
  public:
   LandmarkIndex(const LocalizeOptions& options,
                 const LandmarkMap& map,
-                const Vocabulary& vocabulary);
+                const VocabularyIndex& vocabulary);
   ~LandmarkIndex();
 
   const LandmarkMap& Map() const { return map_; }
   const VocabularyTree& Tree() const { return vocabulary_.tree; }
-  const InvertedFile& Frames() const { return frames_; }
+  const InvertedFile& Frames() const { return vocabulary_.frames; }
   int MaxDistance() const { return max_distance_; }
   const Eigen::Vector3d& Position(int landmark) const {
     return map_.positions_in_map[static_cast<std::size_t>(landmark)];
@@ -88,9 +87,8 @@ class LandmarkIndex {
 
   const LocalizeOptions& options_;
   const LandmarkMap& map_;
-  const Vocabulary& vocabulary_;
+  const VocabularyIndex& vocabulary_;
   int max_distance_;
-  InvertedFile frames_;  // all mapping frames
   WordIndex words_;
   std::vector<std::vector<int>> keyframe_landmarks_;
   std::vector<int> descriptor_offsets_;

@@ -2,7 +2,9 @@
 #include "stages/camera/localize/localize.h"
 
 #include <algorithm>
+#include <functional>
 #include <future>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -12,21 +14,27 @@
 #include "pipeline/io/frame_failure.h"
 #include "stages/camera/localize/describe_picture.h"
 #include "stages/camera/localize/localizer.h"
+#include "stages/camera/localize/locate_in_parts.h"
 
 namespace nightmap {
 namespace {
 
+std::int64_t NumLandmarks(const MapInRegions& map) {
+  std::int64_t sum = 0;
+  for (const LandmarkRegion& region : map.regions) sum += region.num_landmarks;
+  return sum;
+}
+
 void CheckInput(const LocalizeInput& input) {
-  const LandmarkMap& map = *input.map;
+  const LandmarkMap& head = input.map->head;
   const VocabularyTree& tree = input.vocabulary->tree;
   if (input.queries.empty()) {
     throw DataError(
         "queries: no queries to localize; set hold_out_every or add a [[query]] to the site");
   }
-  if (map.NumLandmarks() == 0) throw InputError({{"landmarks"}}, "the map is empty");
-  const auto max_word = std::max_element(map.words.begin(), map.words.end());
-  if (tree.Kind() != map.kind || input.extraction.Kind() != map.kind ||
-      tree.Depth() != map.num_word_levels || *max_word >= tree.NumNodes()) {
+  if (NumLandmarks(*input.map) == 0) throw InputError({{"landmarks"}}, "the map is empty");
+  if (tree.Kind() != head.kind || input.extraction.Kind() != head.kind ||
+      tree.Depth() != head.num_word_levels) {
     throw InputError({{"landmarks"}, {"vocabulary"}}, "made with another vocabulary");
   }
   for (const FrameRecord& query : input.queries) {
@@ -36,11 +44,6 @@ void CheckInput(const LocalizeInput& input) {
     }
   }
 }
-
-struct LocatedPicture {
-  QueryResult result;
-  std::string problem;  // why the picture could not be used
-};
 
 // Describes all pictures, then locates all, in one loop: a thread with no picture left to describe
 // goes on to locate, so none waits for the slowest picture.
@@ -59,16 +62,14 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
   std::vector<LocatedPicture> located(queries.size());
   const auto locate = [&](std::size_t i) {
     const DescribedPicture picture = described[i].get();
-    LocatedPicture& found = located[i];
-    found.problem = picture.problem;
-    if (found.problem.empty()) {
-      found.problem = FrameFailure(queries[i].color.path, [&] {
-        found.result = localizer.Localize(queries[i], picture.lens, picture.features);
+    std::string problem = picture.problem;
+    if (problem.empty()) {
+      problem = FrameFailure(queries[i].color.path, [&] {
+        located[i].result = localizer.Localize(queries[i], picture.lens, picture.features);
       });
     }
-    if (found.problem.empty()) return;
-    const char* reason = picture.problem.empty() ? "search_failed" : "unreadable_image";
-    found.result = FailedQuery(queries[i], QueryVerdict::kUnreadable, reason);
+    if (problem.empty()) return;
+    located[i] = UnusedPicture(queries[i], problem, picture.problem.empty());
   };
   input.begin_part("extract");
   ParallelFor(2 * queries.size(), num_threads, [&](std::size_t i) {
@@ -79,28 +80,58 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
   return located;
 }
 
-}  // namespace
+// Pictures at a time: bounds the memory for features. In parts as many as that takes little beside
+// the map, since each batch may load all parts.
+constexpr std::size_t kBatch = 256;
+constexpr std::size_t kBatchInParts = 1024;
 
-std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
-                                     const LocalizeInput& input,
-                                     Progress& progress,
-                                     int num_threads) {
-  constexpr std::size_t kBatch = 256;  // bounds the memory for features
-  CheckInput(input);
-  const Localizer localizer(options, *input.map, *input.vocabulary);
+using LocateQueries =
+    std::function<std::vector<LocatedPicture>(std::span<const FrameRecord> queries)>;
+
+std::vector<QueryResult> LocateAll(const LocalizeInput& input,
+                                   const LocateQueries& locate,
+                                   std::size_t max_batch,
+                                   Progress& progress) {
   std::vector<QueryResult> results;
   progress.Start(2 * input.queries.size());
-  for (std::size_t begin = 0; begin < input.queries.size(); begin += kBatch) {
-    const std::size_t count = std::min(kBatch, input.queries.size() - begin);
-    const std::span queries(&input.queries[begin], count);
-    for (LocatedPicture& located :
-         LocateBatch(options, input, localizer, queries, progress, num_threads)) {
+  for (std::size_t begin = 0; begin < input.queries.size(); begin += max_batch) {
+    const std::size_t count = std::min(max_batch, input.queries.size() - begin);
+    for (LocatedPicture& located : locate(std::span(&input.queries[begin], count))) {
       if (!located.problem.empty()) input.skip(located.problem);
       results.push_back(std::move(located.result));
     }
   }
   progress.Finish();
   return results;
+}
+
+}  // namespace
+
+std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
+                                     const LocalizeInput& input,
+                                     Progress& progress,
+                                     int num_threads) {
+  CheckInput(input);
+  const VocabularyIndex& vocabulary = *input.vocabulary;
+  if (NumLandmarks(*input.map) > input.limits.whole_landmarks) {
+    MapParts parts(options, *input.map, vocabulary, input.limits);
+    const auto locate = [&](std::span<const FrameRecord> queries) {
+      const auto describe = [&](const FrameRecord& query) {
+        return DescribePicture(options, input, query);
+      };
+      return LocateInParts(
+          options, queries, describe, input.begin_part, parts, progress, num_threads);
+    };
+    return LocateAll(input, locate, kBatchInParts, progress);
+  }
+  std::vector<std::size_t> regions(input.map->regions.size());
+  std::iota(regions.begin(), regions.end(), std::size_t{0});
+  const LandmarkMap map = ReadRegions(*input.map, regions, vocabulary.tree);
+  const Localizer localizer(options, map, vocabulary);
+  const auto locate = [&](std::span<const FrameRecord> queries) {
+    return LocateBatch(options, input, localizer, queries, progress, num_threads);
+  };
+  return LocateAll(input, locate, kBatch, progress);
 }
 
 }  // namespace nightmap

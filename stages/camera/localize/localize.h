@@ -74,12 +74,28 @@ struct LocalizeOptions {
   REGISTER_OPTIONS();
 };
 
+// The map, of which each region can be read alone.
+struct MapInRegions {
+  LandmarkMap head;  // the map without landmarks
+  std::vector<LandmarkRegion> regions;
+  // The landmarks of a region, as LandmarksReader::Read gives them. Called by one thread at a time.
+  std::function<LandmarkMap(std::size_t)> read;
+};
+
+// Bounds of the memory for the map. Results of a map that is searched whole do not depend on them.
+struct MapLimits {
+  std::int64_t whole_landmarks = 1'000'000;  // a map with more is searched in parts
+  std::int64_t part_landmarks = 1'000'000;   // largest size of a part of several regions
+  int parts_per_picture = 3;
+  std::size_t bytes = std::size_t{1} << 30;  // of the parts in memory
+};
+
 struct LocalizeInput {
   std::vector<FrameRecord> queries;
   std::vector<RgbdCamera> cameras;
   ExtractionOptions extraction;  // those that made the map's features
-  const LandmarkMap* map = nullptr;
-  const Vocabulary* vocabulary = nullptr;
+  const MapInRegions* map = nullptr;
+  const VocabularyIndex* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
   // Called with the reason why a picture could not be read, in the order of the queries.
@@ -90,6 +106,7 @@ struct LocalizeInput {
   std::function<void(const char*)> begin_part = [](const char*) {};
   // The cameras that recorded the map; if empty, no picture is scaled.
   std::vector<RgbdCamera> map_cameras = {};
+  MapLimits limits = {};
 };
 
 // One result per query, in their order; see QueryVerdict. Reasons: too_few_matches,
@@ -104,6 +121,10 @@ struct LocalizeInput {
 // improvements: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
 // matches only, P3P, a second search around the first pose, retrieval where words find no pose, and
 // camera motion during a rolling shutter (the pose is that of the middle row).
+//
+// A map of more than limits.whole_landmarks is searched in parts (map_parts.h): a picture in those
+// whose keyframes have most of its words. The place with the most inliers wins, and a pose in
+// another part is a rival place.
 //
 // Deterministic in the seed at any number of threads. Throws DataError without queries or
 // landmarks, or when map and vocabulary do not belong together.

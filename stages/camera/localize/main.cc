@@ -8,6 +8,7 @@
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/localize/describe_picture.h"
 #include "stages/camera/localize/localize_report.h"
+#include "stages/camera/localize/map_parts.h"
 #include "stages/camera/localize/query_cameras.h"
 
 int main(int argc, char** argv) {
@@ -29,8 +30,9 @@ int main(int argc, char** argv) {
       argc, argv, spec, LocalizeOptions{}, [](const auto& options, StageContext& context) {
         cv::setNumThreads(1);  // pictures are the unit of parallelism
         context.BeginPart("read");
-        const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
-        const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
+        LandmarksReader landmarks(context.Input("landmarks"));
+        const auto map = RegionsOf(landmarks);
+        const VocabularyIndex vocabulary = OpenVocabulary(context.Input("vocabulary"));
         const FrameReader reader(context.Input("data"), context.Inputs("masks"));
         const auto map_cameras = ReadCameras(context.Input("calibrated"));
         const auto queries = ReadFrames(context.Input("queries"));
@@ -38,7 +40,7 @@ int main(int argc, char** argv) {
                                   WithCalibration(ReadCameras(context.Input("cameras"), queries),
                                                   ReadCameras(context.Input("configured")),
                                                   map_cameras),
-                                  ExtractionOf(map, context.Input("landmarks").string()),
+                                  ExtractionOf(map.head, context.Input("landmarks").string()),
                                   &map,
                                   &vocabulary,
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {
@@ -47,13 +49,12 @@ int main(int argc, char** argv) {
                                   [&](const std::string& problem) { context.Skip(problem); },
                                   [&](const char* part) { context.BeginPart(part); },
                                   map_cameras};
-        const auto results =
-            RunLocalize(options, input, context.GetProgress(), context.NumThreads());
+        const auto found = RunLocalize(options, input, context.GetProgress(), context.NumThreads());
         context.BeginPart("write");
-        WriteFile(context.Output("queries"), QueriesToCsv(results));
+        WriteFile(context.Output("queries"), QueriesToCsv(found));
         context.WriteIfWanted("trajectory", [&] {
-          return TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries");
+          return TrajectoryToTum(LocatedPoses(found), "map_from_camera of the located queries");
         });
-        context.Report().update(SummarizeQueries(results));
+        context.Report().update(SummarizeQueries(found));
       });
 }

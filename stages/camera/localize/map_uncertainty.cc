@@ -8,17 +8,15 @@
 
 namespace nightmap {
 
-Matrix6d MapCovariance(const LandmarkMap& map,
-                       const std::vector<int>& landmarks,
-                       const Rigid3& camera_from_map) {
+Matrix6d MapCovariance(const Place& place) {
   Matrix6d covariance = Matrix6d::Zero();
-  if (landmarks.empty()) return covariance;
+  if (place.pose.inliers.empty()) return covariance;
   std::vector<double> sigmas_m;
   std::vector<double> distances_m;
-  for (const int landmark : landmarks) {
-    const auto i = static_cast<std::size_t>(landmark);
-    sigmas_m.push_back(map.position_sigmas_m[i]);
-    distances_m.push_back((camera_from_map * map.positions_in_map[i]).norm());
+  for (const int inlier : place.pose.inliers) {
+    const auto i = static_cast<std::size_t>(inlier);
+    sigmas_m.push_back(place.position_sigmas_m[i]);
+    distances_m.push_back((place.pose.camera_from_world * place.points[i].point_in_world).norm());
   }
   const double sigma_m = Median(std::move(sigmas_m));
   const double turn_sigma_rad = sigma_m / Median(std::move(distances_m));

@@ -5,16 +5,14 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/landmarks_io.h"
+#include "stages/camera/localize/judge_places.h"
 
 namespace nightmap {
 
 // Covariance of a left perturbation (rotation rad, translation m) of camera_from_map. The landmarks
 // of one place were seen from the same keyframes and share their error, so more of them do not make
-// it smaller: the place is off by the standard deviation of its median landmark, in each direction,
-// and turned by that over the median distance from the camera. Zero without landmarks.
-Matrix6d MapCovariance(const LandmarkMap& map,
-                       const std::vector<int>& landmarks,
-                       const Rigid3& camera_from_map);
+// it smaller: the place is off by the standard deviation of its median inlier, in each direction,
+// and turned by that over the median distance from the camera. Zero without inliers.
+Matrix6d MapCovariance(const Place& place);
 
 }  // namespace nightmap

@@ -113,7 +113,7 @@ class SearchTest : public testing::Test {
   }
 
   LandmarkScene scene_ = MakeLandmarkScene();
-  Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
+  VocabularyIndex vocabulary_ = IndexOf(MakeSceneVocabulary(scene_));
   LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
   Rigid3 pose_ = ScenePose(0.15, -0.1);

@@ -37,26 +37,23 @@ class LocalizeTest : public testing::Test {
   FrameFeatures Mirrored(const FrameFeatures& features) const {
     return *MirrorFeatures(features, map_.kind, scene_.cameras[0].color);
   }
-  std::vector<QueryResult> Run(int num_threads = 1) const {
+  std::vector<QueryResult> Run(int num_threads = 1) {
+    regions_ = InRegions(map_);
     return RunLocalize(options_, input_, NoProgress(), num_threads);
   }
 
-  static void AddRandomDescriptor(Random& random, FrameFeatures* features) {
-    const auto descriptor = RandomRootSift(random);
-    features->descriptors.insert(features->descriptors.end(), descriptor.begin(), descriptor.end());
-  }
-
   LandmarkScene scene_ = MakeLandmarkScene();
-  Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
+  VocabularyIndex vocabulary_ = IndexOf(MakeSceneVocabulary(scene_));
   LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
   FrameRecord query_{5, 77, 0, 0, {"query.png", "h"}, {}, {}};
   Rigid3 pose_ = ScenePose(0.15, -0.1);
   FrameFeatures features_ = scene_.See(pose_, 0, nullptr);
+  MapInRegions regions_;
   LocalizeInput input_{{query_},
                        scene_.cameras,
                        {},
-                       &map_,
+                       &regions_,
                        &vocabulary_,
                        [](const FrameRecord&, const RgbdCamera& camera) {
                          ColorImage gray{camera.color.width, camera.color.height, 3, {}};

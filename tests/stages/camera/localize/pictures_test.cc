@@ -45,15 +45,17 @@ class PicturesTest : public testing::Test {
   QueryResult LocalizeLoaded(const Camera& camera, const std::function<ColorImage()>& load) {
     RgbdCamera of_query;
     of_query.color = camera;
+    const MapInRegions map = InRegions(Map().map);
     const LocalizeInput input{{FrameRecord{3, 5, 0, 0, {"query.png", ""}, {}, {}}},
                               {of_query},
                               Map().extraction,
-                              &Map().map,
+                              &map,
                               &Map().vocabulary,
                               [&](const FrameRecord&, const RgbdCamera&) { return load(); },
                               [&](const std::string& problem) { problems_.push_back(problem); },
                               [](const char*) {},
-                              {Map().camera}};
+                              {Map().camera},
+                              limits_};
     return RunLocalize(options_, input, NoProgress(), 1)[0];
   }
   QueryResult LocalizePlain() { return Localize(plain_, camera_); }
@@ -65,6 +67,7 @@ class PicturesTest : public testing::Test {
   }
 
   LocalizeOptions options_;
+  MapLimits limits_;
   std::vector<std::string> problems_;
   const Camera camera_ = Map().camera.color;
   const Rigid3 pose_ = PosterPose(2.4);
@@ -75,6 +78,17 @@ TEST_F(PicturesTest, APictureLikeTheMapsIsLocated) {
   const QueryResult result = LocalizePlain();
   ExpectLocated(result, pose_);
   EXPECT_GT(result.num_inliers, 100);
+}
+
+// A map of more landmarks than are searched whole: with one region, its only part is all of it.
+TEST_F(PicturesTest, APictureIsLocatedInTheOnlyPartAsInTheWholeMap) {
+  const QueryResult whole = LocalizePlain();
+  limits_.whole_landmarks = Map().map.NumLandmarks() - 1;
+  const QueryResult in_part = LocalizePlain();
+  EXPECT_EQ(QueriesToCsv({in_part}), QueriesToCsv({whole}));
+  EXPECT_TRUE(
+      Localize(ColorImage{320, 240, 3, std::vector<std::uint8_t>(320 * 240 * 3, 9)}, camera_)
+          .verdict == QueryVerdict::kNoFeatures);
 }
 
 // Like a phone's picture: four times as fine, whether the detail is real or not.

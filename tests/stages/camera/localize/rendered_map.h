@@ -19,7 +19,7 @@ struct RenderedMap {
   SyntheticWorld world;
   RgbdCamera camera;
   ExtractionOptions extraction;
-  Vocabulary vocabulary;
+  VocabularyIndex vocabulary;
   LandmarkMap map;
 
   ColorImage Picture(const Camera& of, const Rigid3& map_from_camera, std::uint64_t seed) const {
@@ -108,7 +108,7 @@ inline RenderedMap MakeRenderedMap() {
     AddView(frame, features, {i, 1000000000LL * (i + 1), pose}, result, &map);
     frames.push_back(features);
   }
-  result.vocabulary = VocabularyOf(map.descriptors, frames);
+  result.vocabulary = IndexOf(VocabularyOf(map.descriptors, frames));
   FillWords(result.vocabulary.tree, &map);
   return result;
 }

@@ -19,7 +19,7 @@ class WordIndexTest : public testing::Test {
   }
 
   LandmarkScene scene_ = MakeLandmarkScene(3000, 2);
-  Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
+  VocabularyIndex vocabulary_ = IndexOf(MakeSceneVocabulary(scene_));
   LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
 };
