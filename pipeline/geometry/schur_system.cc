@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/row_slots.h"
 
 namespace nightmap {
 namespace {
@@ -20,35 +21,6 @@ IndexGroups ByMember(const BundleProblem& problem,
   for (const BundleObservation& o : problem.observations) groups.push_back(o.*member);
   return {groups, num_groups};
 }
-
-// Slot of each pose among the blocks of a row; -1: none. A thread keeps its table, because most of
-// a large one stays as it is.
-class Slots {
- public:
-  Slots(std::size_t num_poses, std::size_t pose, const std::vector<int>& later)
-      : pose_(pose), later_(later) {
-    if (table_.size() != num_poses) table_.assign(num_poses, -1);
-    table_[pose] = 0;
-    for (std::size_t i = 0; i < later.size(); ++i) {
-      table_[static_cast<std::size_t>(later[i])] = static_cast<int>(i) + 1;
-    }
-  }
-  ~Slots() {
-    table_[pose_] = -1;
-    for (const int other : later_) table_[static_cast<std::size_t>(other)] = -1;
-  }
-  Slots(const Slots&) = delete;
-  Slots& operator=(const Slots&) = delete;
-
-  int Of(std::size_t pose) const { return table_[pose]; }
-
- private:
-  static thread_local std::vector<int> table_;
-  std::size_t pose_;
-  const std::vector<int>& later_;
-};
-
-thread_local std::vector<int> Slots::table_;
 
 }  // namespace
 
@@ -126,7 +98,7 @@ Eigen::Map<Eigen::MatrixXd> SchurSystem::ColumnsOf(std::size_t pose) {
 
 void SchurSystem::AddPoseRow(const SchurRange& range, std::size_t pose) {
   const std::vector<int>& later = pattern_.later[pose];
-  const Slots slots(poses_.size(), pose, later);
+  const RowSlots slots(poses_.size(), pose, later);
   const Eigen::Index calibration_slot = 6 * static_cast<Eigen::Index>(later.size() + 1);
   Eigen::Matrix<double, 6, Eigen::Dynamic> row;
   row.setZero(6, calibration_slot + NumCalibrations());

@@ -15,7 +15,7 @@ LONG = dict(absolute_pose=301, active_search_test=260, bundle_adjustment=319, bu
             localize_test=359, match_scan_test=252, moving_test=264, octree_io_test=414, odometry_test=261,
             options=251, picture_file_test=275, pictures_test=383, plan_test=682, published_test=317,
             read_sequence_test=605, read_signals_test=655, render=270, robot_test=427, scan_loops_test=257,
-            scan_match_test=289, schur_system=289, search_pose_test=286, shell=268, site_config=256,
+            scan_match_test=289, schur_system=262, search_pose_test=286, shell=268, site_config=256,
             site_config_test=458, stage_main_test=561, synthesize_test=341, thin_walls_test=395, thing_ends_test=316,
             world_test=283)  # fmt: skip
 CMAKE = """nightmap_library(base LINK fmt::fmt)
