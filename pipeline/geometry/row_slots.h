@@ -29,7 +29,12 @@ class RowSlots {
   int Of(std::size_t pose) const { return table_[pose]; }
 
  private:
-  static inline thread_local std::vector<int> table_;
+  static std::vector<int>& TableOfThread() {
+    static thread_local std::vector<int> table;
+    return table;
+  }
+
+  std::vector<int>& table_ = TableOfThread();
   std::size_t pose_;
   const std::vector<int>& later_;
 };
