@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/geometry/schur_pattern.h"
 
-#include <Eigen/OrderingMethods>
-#include <algorithm>
-
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/sparse_cholesky.h"
 
 namespace nightmap {
 namespace {
@@ -35,120 +31,19 @@ std::vector<std::vector<int>> FindNeighbours(const BundleProblem& problem,
   return neighbours;
 }
 
-// Approximate minimum degree on poses, because the pattern inside a block does not help.
-std::vector<int> RankPoses(const BundleProblem& problem,
-                           const IndexGroups& of_pose,
-                           const std::vector<std::vector<int>>& neighbours) {
-  const std::size_t num_poses = problem.camera_from_world.size();
-  std::vector<int> free;
-  std::vector<int> position(num_poses, -1);
-  for (std::size_t pose = 0; pose < num_poses; ++pose) {
-    if (problem.is_fixed[pose] || of_pose.Of(pose).empty()) continue;
-    position[pose] = static_cast<int>(free.size());
-    free.push_back(static_cast<int>(pose));
-  }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const int pose : free) {
-    const auto i = static_cast<std::size_t>(pose);
-    entries.emplace_back(position[i], position[i], 1);
-    for (const int other : neighbours[i]) {
-      entries.emplace_back(position[i], position[static_cast<std::size_t>(other)], 1);
-    }
-  }
-  const auto num_free = static_cast<Eigen::Index>(free.size());
-  Eigen::SparseMatrix<double> pattern(num_free, num_free);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-  Eigen::AMDOrdering<int>()(pattern, order);
-  std::vector<int> rank(num_poses, -1);
-  for (Eigen::Index k = 0; k < num_free; ++k) {
-    const auto pose = static_cast<std::size_t>(free[static_cast<std::size_t>(order.indices()[k])]);
-    rank[pose] = static_cast<int>(k);
-  }
-  return rank;
-}
-
-// Poses by rank. Fills `later`.
-std::vector<std::size_t> FindLater(const std::vector<std::vector<int>>& neighbours,
-                                   SchurPattern* pattern) {
-  const auto rank = [&](int pose) { return pattern->rank[static_cast<std::size_t>(pose)]; };
-  std::vector<std::size_t> by_rank;
-  pattern->later.resize(neighbours.size());
-  for (std::size_t pose = 0; pose < neighbours.size(); ++pose) {
-    if (pattern->rank[pose] < 0) continue;
-    by_rank.push_back(pose);
-    std::vector<int>& later = pattern->later[pose];
-    std::ranges::copy_if(neighbours[pose], std::back_inserter(later), [&](int other) {
-      return rank(other) > pattern->rank[pose];
-    });
-    std::ranges::sort(later, {}, rank);
-  }
-  std::ranges::sort(by_rank, {}, [&](std::size_t pose) { return pattern->rank[pose]; });
-  return by_rank;
-}
-
-// Columns of one pose, or all of the calibrations, have the same rows.
-class ColumnWriter {
- public:
-  ColumnWriter(int size, int num_entries, Eigen::SparseMatrix<double>* matrix) : matrix_(*matrix) {
-    matrix_.resize(size, size);
-    matrix_.resizeNonZeros(num_entries);
-    std::fill_n(matrix_.valuePtr(), num_entries, 0.0);
-    matrix_.outerIndexPtr()[0] = 0;
-  }
-
-  void Add(const std::vector<int>& rows, int num_columns) {
-    for (int i = 0; i < num_columns; ++i) {
-      std::ranges::copy(rows, matrix_.innerIndexPtr() + end_);
-      end_ += static_cast<int>(rows.size());
-      matrix_.outerIndexPtr()[++column_] = end_;
-    }
-  }
-
- private:
-  Eigen::SparseMatrix<double>& matrix_;
-  int column_ = 0;
-  int end_ = 0;
-};
-
-void AppendRange(int begin, int count, std::vector<int>* rows) {
-  for (int i = 0; i < count; ++i) rows->push_back(begin + i);
-}
-
-void LayOut(const std::vector<std::size_t>& by_rank, int num_calibrations, SchurPattern* pattern) {
-  const auto num_right = static_cast<std::size_t>(num_calibrations);
-  std::size_t num_entries = num_right * num_right;
-  for (const std::size_t pose : by_rank) {
-    num_entries += 6 * (6 * (pattern->later[pose].size() + 1) + num_right);
-  }
-  const int num_pose_columns = SparseIndex(6 * by_rank.size());
-  ColumnWriter writer(
-      num_pose_columns + num_calibrations, SparseIndex(num_entries), &pattern->reduced);
-  for (const std::size_t pose : by_rank) {
-    std::vector<int> rows;
-    AppendRange(6 * pattern->rank[pose], 6, &rows);
-    for (const int other : pattern->later[pose]) {
-      AppendRange(6 * pattern->rank[static_cast<std::size_t>(other)], 6, &rows);
-    }
-    AppendRange(num_pose_columns, num_calibrations, &rows);
-    writer.Add(rows, 6);
-  }
-  std::vector<int> rows;
-  AppendRange(num_pose_columns, num_calibrations, &rows);
-  writer.Add(rows, num_calibrations);
-}
-
 }  // namespace
 
-SchurPattern MakeSchurPattern(const BundleProblem& problem,
+BlockPattern MakeSchurPattern(const BundleProblem& problem,
                               const IndexGroups& of_pose,
                               const IndexGroups& of_point,
                               int num_calibrations,
                               int num_threads) {
-  const auto neighbours = FindNeighbours(problem, of_pose, of_point, num_threads);
-  SchurPattern pattern{RankPoses(problem, of_pose, neighbours), {}, {}};
-  LayOut(FindLater(neighbours, &pattern), num_calibrations, &pattern);
-  return pattern;
+  std::vector<bool> is_free;
+  for (std::size_t pose = 0; pose < problem.camera_from_world.size(); ++pose) {
+    is_free.push_back(!problem.is_fixed[pose] && !of_pose.Of(pose).empty());
+  }
+  return MakeBlockPattern(
+      is_free, FindNeighbours(problem, of_pose, of_point, num_threads), num_calibrations);
 }
 
 }  // namespace nightmap

@@ -41,8 +41,8 @@ SchurSystem::SchurSystem(const BundleProblem& problem,
           problem, of_pose_, of_point_, static_cast<int>(NumCalibrations()), num_threads)),
       part_(problem, of_point_, has_calibrations),
       poses_(problem.camera_from_world.size()),
-      right_side_(pattern_.reduced.rows()) {
-  if (right_side_.size() > 0) cholesky_.Analyze(pattern_.reduced);
+      right_side_(pattern_.lower.rows()) {
+  if (right_side_.size() > 0) cholesky_.Analyze(pattern_.lower);
 }
 
 std::size_t SchurSystem::PoseOf(int observation) const {
@@ -90,7 +90,7 @@ std::span<const int> SchurSystem::ObservationsOf(std::size_t pose, const SchurRa
 
 // The columns of the lower triangle: its rows from the diagonal on, transposed.
 Eigen::Map<Eigen::MatrixXd> SchurSystem::ColumnsOf(std::size_t pose) {
-  Eigen::SparseMatrix<double>& reduced = pattern_.reduced;
+  Eigen::SparseMatrix<double>& reduced = pattern_.lower;
   const Eigen::Index num_rows =
       6 * static_cast<Eigen::Index>(pattern_.later[pose].size() + 1) + NumCalibrations();
   return {reduced.valuePtr() + reduced.outerIndexPtr()[6 * pattern_.rank[pose]], num_rows, 6};
@@ -141,7 +141,7 @@ void SchurSystem::AddCalibrationRows(const SchurRange& range) {
 }
 
 void SchurSystem::Clear(const std::vector<LinearPrior>& priors) {
-  std::fill_n(pattern_.reduced.valuePtr(), pattern_.reduced.nonZeros(), 0.0);
+  std::fill_n(pattern_.lower.valuePtr(), pattern_.lower.nonZeros(), 0.0);
   std::ranges::fill(poses_, PoseBlock());
   const Eigen::Index size = NumCalibrations();
   calibrations_ = {Eigen::MatrixXd::Zero(size, size),
@@ -169,7 +169,7 @@ void SchurSystem::FinishPoses(double trust) {
 
 void SchurSystem::FinishCalibrations(double trust) {
   const Eigen::Index size = NumCalibrations();
-  Eigen::SparseMatrix<double>& reduced = pattern_.reduced;
+  Eigen::SparseMatrix<double>& reduced = pattern_.lower;
   calibrations_.damping = SchurDamping<Eigen::VectorXd>(calibrations_.hessian.diagonal(), trust);
   calibrations_.hessian.diagonal() += calibrations_.damping;
   right_side_.tail(size) = calibrations_.eliminated - calibrations_.gradient;
@@ -195,7 +195,7 @@ double SchurSystem::CalibrationSigma(const std::vector<LinearPrior>& priors,
   Eliminate(priors, kUndamped);
   const Eigen::Index size = right_side_.size();
   const Eigen::Index row = size - NumCalibrations() + parameter;
-  const auto column = cholesky_.Solve(pattern_.reduced, Eigen::VectorXd::Unit(size, row));
+  const auto column = cholesky_.Solve(pattern_.lower, Eigen::VectorXd::Unit(size, row));
   if (!column || !((*column)[row] > 0)) return std::numeric_limits<double>::infinity();
   return std::sqrt((*column)[row]);
 }
@@ -204,7 +204,7 @@ std::optional<BundleStep> SchurSystem::Solve(const std::vector<LinearPrior>& pri
   Eliminate(priors, trust);
   Eigen::VectorXd solution;
   if (right_side_.size() > 0) {
-    auto solved = cholesky_.Solve(pattern_.reduced, right_side_);
+    auto solved = cholesky_.Solve(pattern_.lower, right_side_);
     if (!solved || !solved->allFinite()) return {};
     solution = *std::move(solved);
   }

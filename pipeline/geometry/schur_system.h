@@ -104,7 +104,7 @@ class SchurSystem {
   IndexGroups of_point_;  // observations of each point
   IndexGroups of_pose_;
   std::vector<SchurRange> ranges_;
-  SchurPattern pattern_;
+  BlockPattern pattern_;
   SchurPart part_;
   bool is_linear_ = false;  // the part in memory, at the estimate
   std::size_t first_in_part_ = 0;
@@ -112,7 +112,10 @@ class SchurSystem {
   std::vector<PoseBlock> poses_;
   CalibrationBlock calibrations_;
   Eigen::VectorXd right_side_;
-  SparseCholesky cholesky_;
+  SparseCholesky cholesky_{
+      "use a machine with more memory, or lower max_tracks_per_frame in "
+      "configs/sites/<site>/odometry.toml and max_tracks_per_keyframe in "
+      "configs/sites/<site>/adjust.toml"};
 };
 
 }  // namespace nightmap

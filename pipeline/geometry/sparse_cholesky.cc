@@ -7,15 +7,6 @@
 #include "pipeline/geometry/without_openmp.h"
 
 namespace nightmap {
-namespace {
-
-constexpr const char* kRemedy =
-    "use a machine with more memory, or lower max_tracks_per_frame in "
-    "configs/sites/<site>/odometry.toml and max_tracks_per_keyframe in "
-    "configs/sites/<site>/adjust.toml";
-
-}  // namespace
-
 void SparseCholesky::Analyze(const Eigen::SparseMatrix<double>& lower) {
   cholesky_.cholmod().print = 0;  // CheckFits reports failures
   cholesky_.cholmod().nmethods = 1;
@@ -43,20 +34,16 @@ void SparseCholesky::CheckFits(Eigen::Index size) {
   const char* reason = status == CHOLMOD_OUT_OF_MEMORY ? "does not fit into memory"
                        : status == CHOLMOD_TOO_LARGE   ? "is too large for 32-bit indices"
                                                        : "cannot be made";
-  throw DataError("bundle adjustment: the factor of a system of {} unknowns {} (CHOLMOD {}); {}",
-                  size,
-                  reason,
-                  status,
-                  kRemedy);
+  throw DataError(
+      "the factor of a system of {} unknowns {} (CHOLMOD {}); {}", size, reason, status, remedy_);
 }
 
 int SparseIndex(std::size_t count) {
   if (count <= static_cast<std::size_t>(std::numeric_limits<int>::max())) {
     return static_cast<int>(count);
   }
-  throw DataError("bundle adjustment: a system of {} entries is too large for 32-bit indices; {}",
-                  count,
-                  kRemedy);
+  throw DataError(
+      "a system of {} entries is too large for 32-bit indices; map a part of the recording", count);
 }
 
 }  // namespace nightmap

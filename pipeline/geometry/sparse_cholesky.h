@@ -8,11 +8,16 @@
 #include <Eigen/SparseCore>
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace nightmap {
 
 class SparseCholesky {
  public:
+  // `remedy` is told where a factor does not fit.
+  explicit SparseCholesky(std::string remedy) : remedy_(std::move(remedy)) {}
+
   // Takes the pattern of a lower triangle; eliminates rows and columns in their order. Throws
   // DataError when the factor fits neither the memory nor 32-bit indices.
   void Analyze(const Eigen::SparseMatrix<double>& lower);
@@ -25,6 +30,7 @@ class SparseCholesky {
  private:
   void CheckFits(Eigen::Index size);
 
+  std::string remedy_;
   Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky_;
 };
 

@@ -26,7 +26,7 @@ Eigen::SparseMatrix<double> Lower(double shift) {
 
 TEST(SparseCholesky, SolvesAsADenseFactorDoes) {
   const auto lower = Lower(1);
-  SparseCholesky cholesky;
+  SparseCholesky cholesky("use more memory");
   cholesky.Analyze(lower);
   const Eigen::VectorXd right_side = Eigen::VectorXd::LinSpaced(kSize, -1, 1);
   const auto solution = cholesky.Solve(lower, right_side);
@@ -36,7 +36,7 @@ TEST(SparseCholesky, SolvesAsADenseFactorDoes) {
 }
 
 TEST(SparseCholesky, WhatIsNotPositiveDefiniteHasNoSolutionAndTheNextHas) {
-  SparseCholesky cholesky;
+  SparseCholesky cholesky("use more memory");
   cholesky.Analyze(Lower(1));
   const Eigen::VectorXd right_side = Eigen::VectorXd::Ones(kSize);
   EXPECT_FALSE(cholesky.Solve(Lower(-1), right_side));
@@ -46,7 +46,7 @@ TEST(SparseCholesky, WhatIsNotPositiveDefiniteHasNoSolutionAndTheNextHas) {
 TEST(SparseCholesky, AFactorThatDoesNotFitIsAnError) {
   const auto lower = Lower(1);
   const Eigen::VectorXd right_side = Eigen::VectorXd::Ones(kSize);
-  SparseCholesky cholesky;
+  SparseCholesky cholesky("use more memory");
   cholesky.Analyze(lower);
   {
     const FailingCholmod without_memory(kSize * kSize * sizeof(double) / 2);
@@ -56,10 +56,10 @@ TEST(SparseCholesky, AFactorThatDoesNotFitIsAnError) {
 }
 
 TEST(SparseCholesky, APatternThatDoesNotFitIsAnError) {
-  SparseCholesky cholesky;
+  SparseCholesky cholesky("use more memory");
   const FailingCholmod without_memory(100);
   NIGHTMAP_EXPECT_ERROR(
-      DataError, (cholesky.Analyze(Lower(1)), true), "use a machine with more memory");
+      DataError, (cholesky.Analyze(Lower(1)), true), "use more memory");
 }
 
 TEST(SparseCholesky, MoreEntriesThanAnIndexCountsAreAnError) {

@@ -34,11 +34,11 @@ LoopCloser::LoopCloser(const PoseGraphOptions& options,
   for (const auto& loop : loops) candidates_.push_back({loop, 0, 0, ""});
 }
 
-GraphSummary LoopCloser::Close(std::map<int, Rigid3>* graph_from_keyframe) {
+GraduationSummary LoopCloser::Close(std::map<int, Rigid3>* graph_from_keyframe) {
   GateByDrift(graph_from_keyframe);
   AddMeasured();
   MoveToPriors(graph_from_keyframe);
-  GraphSummary summary = OptimizeGraph(kMaxLoopError, &edges_, graph_from_keyframe);
+  GraduationSummary summary = OptimizeGraph(kMaxLoopError, &edges_, graph_from_keyframe);
   graph_from_keyframe->erase(kMapNode);
   Judge();
   return summary;

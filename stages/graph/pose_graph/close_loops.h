@@ -32,7 +32,7 @@ class LoopCloser {
 
   // Moves the keyframes to where the loops put them, closes the loops, and judges them. With a
   // prior the graph's frame becomes the map of the priors.
-  GraphSummary Close(std::map<int, Rigid3>* graph_from_keyframe);
+  GraduationSummary Close(std::map<int, Rigid3>* graph_from_keyframe);
 
   // After Close. In the order of `loops`.
   const std::vector<LoopCandidate>& Candidates() const { return candidates_; }

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <map>
-#include <string>
 #include <vector>
 
 #include "pipeline/io/odometry_io.h"
+#include "stages/graph/pose_graph/graph_solver.h"
 
 namespace nightmap {
 
@@ -21,23 +21,20 @@ struct GraphEdge {
   bool IsBelieved() const { return !is_loop || weight > 0.5; }
 };
 
-// Summary of the last least squares, over the accepted edges.
-struct GraphSummary {
-  int num_rounds = 0;       // preceding rounds, in which loops gained or lost weight
-  double initial_cost = 0;  // half the sum of squared Mahalanobis distances
-  double final_cost = 0;
-  int num_iterations = 0;
-  std::string end;  // in Ceres's words
+struct GraduationSummary {
+  int num_rounds = 0;  // in which loops gained or lost weight
+  GraphSummary last;   // of the least squares over the accepted edges
 };
 
 // Mahalanobis distance between the measured and the actual b_from_a.
 double ErrorOf(const PoseEdge& edge, const Rigid3& world_from_a, const Rigid3& world_from_b);
 
-// Poses by frame index, world_from_camera; the first is held fixed. Beyond the Mahalanobis distance
+// Poses by frame index, world_from_camera; the first is held fixed. A loop begins with the weight
+// that its error at these poses gives it. Beyond the Mahalanobis distance
 // `max_loop_error` a loop counts as wrong. Deterministic; one thread. Throws DataError when the
 // solver fails.
-[[nodiscard]] GraphSummary OptimizeGraph(double max_loop_error,
-                                         std::vector<GraphEdge>* edges,
-                                         std::map<int, Rigid3>* world_from_camera);
+[[nodiscard]] GraduationSummary OptimizeGraph(double max_loop_error,
+                                              std::vector<GraphEdge>* edges,
+                                              std::map<int, Rigid3>* world_from_camera);
 
 }  // namespace nightmap

@@ -98,8 +98,8 @@ struct PoseGraphResult {
   std::vector<LoopRecord> loops;          // all candidates: the camera's, then those of sensors
   std::vector<SensorRecord> sensors;      // those of the edges
   std::vector<GraphPart> parts;           // most frames first
-  bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last
-  GraphSummary optimization;      // with the loops closed
+  bool returns_to_start = false;   // a loop joins the first tenth of the keyframes to the last
+  GraduationSummary optimization;  // with the loops closed
 };
 
 // Chains the shards, drops loops that contradict the odometry and closes the others (graduated

@@ -45,12 +45,12 @@ nlohmann::json SensorReport(const std::vector<SensorRecord>& sensors) {
   return all;
 }
 
-nlohmann::json OptimizationReport(const GraphSummary& summary) {
+nlohmann::json OptimizationReport(const GraduationSummary& summary) {
   return {{"num_rounds", summary.num_rounds},
-          {"initial_cost", summary.initial_cost},
-          {"final_cost", summary.final_cost},
-          {"num_iterations", summary.num_iterations},
-          {"end", summary.end}};
+          {"initial_cost", summary.last.initial_cost},
+          {"final_cost", summary.last.final_cost},
+          {"num_iterations", summary.last.num_iterations},
+          {"has_converged", summary.last.has_converged}};
 }
 
 }  // namespace

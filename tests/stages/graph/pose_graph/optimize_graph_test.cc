@@ -38,9 +38,9 @@ Scene MakeScene(int num_wrong_loops) {
 }
 
 void Optimize(std::vector<GraphEdge>* edges, std::map<int, Rigid3>* poses) {
-  const GraphSummary summary = OptimizeGraph(6, edges, poses);
-  EXPECT_EQ(summary.end, "CONVERGENCE");
-  EXPECT_LE(summary.final_cost, summary.initial_cost);
+  const GraduationSummary summary = OptimizeGraph(6, edges, poses);
+  EXPECT_TRUE(summary.last.has_converged);
+  EXPECT_LE(summary.last.final_cost, summary.last.initial_cost);
   EXPECT_GT(summary.num_rounds, 1);
 }
 
@@ -89,7 +89,7 @@ TEST(OptimizeGraph, WithoutMemoryItIsAnError) {
   Scene scene = MakeScene(0);
   const FailingCholmod without_memory(10'000);
   NIGHTMAP_EXPECT_ERROR(
-      DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "was not optimized");
+      DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "does not fit into memory");
 }
 
 }  // namespace nightmap::optimize_graph_test

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/graph/pose_graph/graph_solver.h"
+
+#include "pipeline/base/random.h"
+#include "tests/geometry/pose_matches.h"
+#include "tests/test_data.h"
+
+namespace nightmap::graph_solver_test {
+
+constexpr int kNumNodes = 40;
+constexpr int kMaxSteps = 50;
+
+Vector6d Noise(double sigma, Random& random) {
+  Vector6d noise;
+  for (int i = 0; i < 6; ++i) noise[i] = sigma * random.Gaussian();
+  return noise;
+}
+
+struct Scene {
+  std::vector<PoseEdge> edges;
+  std::map<int, Rigid3> truth;
+  std::map<int, Rigid3> start;
+};
+
+// A chain of frames 3, 10, 17 .. and as many edges between random ends, in both directions.
+Scene MakeScene(double noise) {
+  Scene scene;
+  Random random(5);
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < kNumNodes; ++i) {
+    scene.truth[7 * i + 3] = RandomPose(random);
+    if (i > 0) pairs.emplace_back(i - 1, i);
+  }
+  for (int k = 0; k < kNumNodes; ++k) {
+    const int a = static_cast<int>(random.Index(kNumNodes));
+    const int b = static_cast<int>(random.Index(kNumNodes));
+    if (a != b) pairs.emplace_back(a, b);
+  }
+  for (const auto& [i, j] : pairs) {
+    const int a = 7 * i + 3;
+    const int b = 7 * j + 3;
+    Matrix6d spread = 0.1 * Matrix6d::Identity();
+    for (int k = 0; k < 6; ++k) spread.col(k) += Noise(0.03, random);
+    const Rigid3 exact = scene.truth[b].Inverse() * scene.truth[a];
+    scene.edges.push_back(
+        {a, b, PerturbLeft(Noise(noise, random), exact), spread * spread.transpose(), false});
+  }
+  for (const auto& [idx, pose] : scene.truth) {
+    scene.start[idx] = idx == 3 ? pose : PerturbLeft(Noise(0.05, random), pose);
+  }
+  return scene;
+}
+
+std::vector<double> Ones(const Scene& scene) { return std::vector<double>(scene.edges.size(), 1); }
+
+TEST(EdgeError, IsZeroWherePosesFitAndTheSameForBothSignsOfAQuaternion) {
+  const Scene scene = MakeScene(0);
+  for (const PoseEdge& edge : scene.edges) {
+    Rigid3 a = scene.truth.at(edge.frame_a);
+    const Rigid3& b = scene.truth.at(edge.frame_b);
+    EXPECT_LT(EdgeError(edge).Residual(a, b).norm(), 1e-10);
+    const Rigid3 moved = scene.start.at(edge.frame_b);
+    const Vector6d residual = EdgeError(edge).Residual(a, moved);
+    a.rotation.coeffs() *= -1;
+    EXPECT_LT((EdgeError(edge).Residual(a, moved) - residual).norm(), 1e-10);
+  }
+}
+
+TEST(EdgeError, DerivativesAreThoseOfTheResidual) {
+  constexpr double kStep = 1e-6;
+  const Scene scene = MakeScene(0.3);
+  for (const PoseEdge& edge : scene.edges) {
+    const EdgeError error(edge);
+    const Rigid3 a = scene.start.at(edge.frame_a);
+    const Rigid3 b = scene.start.at(edge.frame_b);
+    const EdgeError::Linear linear = error.Linearize(a, b);
+    EXPECT_LT((linear.residual - error.Residual(a, b)).norm(), 1e-12);
+    for (int i = 0; i < 6; ++i) {
+      const Rigid3 there = PerturbLeft(kStep * Vector6d::Unit(i), Rigid3());
+      const Rigid3 back = PerturbLeft(-kStep * Vector6d::Unit(i), Rigid3());
+      const Vector6d by_a =
+          (error.Residual(a * there, b) - error.Residual(a * back, b)) / (2 * kStep);
+      const Vector6d by_b =
+          (error.Residual(a, b * there) - error.Residual(a, b * back)) / (2 * kStep);
+      EXPECT_LT((linear.by_a.col(i) - by_a).norm(), 1e-6 * linear.by_a.norm());
+      EXPECT_LT((linear.by_b.col(i) - by_b).norm(), 1e-6 * linear.by_b.norm());
+    }
+  }
+}
+
+TEST(GraphSolver, ExactEdgesGiveTheTruth) {
+  const Scene scene = MakeScene(0);
+  GraphSolver solver(scene.edges, scene.start);
+  const GraphSummary summary = solver.Solve(Ones(scene), kMaxSteps);
+  EXPECT_TRUE(summary.has_converged);
+  EXPECT_LT(summary.final_cost, 1e-9 * summary.initial_cost);
+  auto pose = solver.Poses().begin();
+  for (const auto& [idx, truth] : scene.truth) {
+    EXPECT_LT((pose->translation - truth.translation).norm(), 1e-5);
+    EXPECT_LT(AngleBetween_rad(*pose++, truth), 1e-5);
+  }
+}
+
+double Cost(const Scene& scene, const std::map<int, Rigid3>& poses) {
+  double cost = 0;
+  for (const PoseEdge& edge : scene.edges) {
+    cost +=
+        EdgeError(edge).Residual(poses.at(edge.frame_a), poses.at(edge.frame_b)).squaredNorm() / 2;
+  }
+  return cost;
+}
+
+TEST(GraphSolver, NoMoveOfAPoseLowersTheCost) {
+  const Scene scene = MakeScene(0.1);
+  GraphSolver solver(scene.edges, scene.start);
+  const GraphSummary summary = solver.Solve(Ones(scene), kMaxSteps);
+  EXPECT_TRUE(summary.has_converged);
+  std::map<int, Rigid3> poses = scene.start;
+  auto solved = solver.Poses().begin();
+  for (auto& [idx, pose] : poses) pose = *solved++;
+  EXPECT_NEAR(Cost(scene, poses), summary.final_cost, 1e-9 * summary.final_cost);
+  for (auto& [idx, pose] : poses) {
+    if (idx == 3) continue;
+    const Rigid3 here = pose;
+    for (int i = 0; i < 6; ++i) {
+      for (const double step : {-0.01, 0.01}) {
+        pose = here * PerturbLeft(step * Vector6d::Unit(i), Rigid3());
+        EXPECT_GT(Cost(scene, poses), summary.final_cost);
+      }
+    }
+    pose = here;
+  }
+}
+
+TEST(GraphSolver, TheFirstPoseStaysAndAnEdgeWithoutWeightCountsForNothing) {
+  Scene scene = MakeScene(0.05);
+  GraphSolver without(scene.edges, scene.start);
+  std::ignore = without.Solve(Ones(scene), kMaxSteps);
+  EXPECT_EQ(without.Poses()[0].Matrix(), scene.start.at(3).Matrix());
+  std::vector<double> weights = Ones(scene);
+  scene.edges.push_back({10, 101, Rigid3(), 1e-6 * Matrix6d::Identity(), false});
+  weights.push_back(0);
+  GraphSolver with(scene.edges, scene.start);
+  std::ignore = with.Solve(weights, kMaxSteps);
+  for (std::size_t i = 0; i < kNumNodes; ++i) {
+    EXPECT_LT((with.Poses()[i].translation - without.Poses()[i].translation).norm(), 1e-4);
+  }
+}
+
+// Where a loop that joins a part has lost its weight, nothing holds the part.
+TEST(GraphSolver, APartThatNothingHoldsKeepsItsShape) {
+  const Scene scene = MakeScene(0);
+  std::vector<PoseEdge> edges(scene.edges.begin(), scene.edges.begin() + kNumNodes - 1);
+  std::vector<double> weights(edges.size(), 1);
+  weights[20] = 0;
+  GraphSolver solver(edges, scene.start);
+  const GraphSummary summary = solver.Solve(weights, kMaxSteps);
+  EXPECT_LT(summary.final_cost, 1e-9 * summary.initial_cost);
+  const auto& poses = solver.Poses();
+  const Rigid3 relative = poses[39].Inverse() * poses[21];
+  const Rigid3 exact = scene.truth.at(7 * 39 + 3).Inverse() * scene.truth.at(7 * 21 + 3);
+  EXPECT_LT((relative.translation - exact.translation).norm(), 1e-4);
+}
+
+TEST(GraphSolver, OnePoseIsSolved) {
+  GraphSolver solver({}, {{4, Rigid3()}});
+  EXPECT_EQ(solver.Solve({}, kMaxSteps).num_iterations, 0);
+  EXPECT_EQ(solver.Poses().size(), 1U);
+}
+
+TEST(GraphSolver, ACostThatIsNoNumberIsAnError) {
+  Scene scene = MakeScene(0);
+  scene.start[10].translation.x() = std::nan("");
+  GraphSolver solver(scene.edges, scene.start);
+  NIGHTMAP_EXPECT_ERROR(DataError, solver.Solve(Ones(scene), kMaxSteps), "was not optimized");
+}
+
+}  // namespace nightmap::graph_solver_test
