@@ -127,8 +127,8 @@ std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& wo
                     results.begin() + static_cast<std::ptrdiff_t>(num_kept),
                     results.end(),
                     IsBetter);
-  results.resize(num_kept);
-  return results;
+  // A copy, because the list of all frames with a score is as long as the site.
+  return {results.begin(), results.begin() + static_cast<std::ptrdiff_t>(num_kept)};
 }
 
 }  // namespace nightmap

@@ -13,6 +13,7 @@ namespace {
 constexpr double kMinDamping = 1e-13;  // keeps what no edge holds where it is
 constexpr double kMaxDamping = 1e3;
 constexpr double kMinGain = 1e-6;    // of the cost; a smaller one is the last
+constexpr double kRounding = 1e-9;   // of the cost
 constexpr double kNoCost = 1e-12;    // per edge: rounding
 constexpr double kMinWeight = 1e-6;  // edges below it are left out
 
@@ -35,7 +36,8 @@ std::vector<std::vector<int>> Neighbours(std::size_t num_nodes,
 
 GraphSolver::GraphSolver(const std::vector<PoseEdge>& edges,
                          const std::map<int, Rigid3>& world_from_node)
-    : cholesky_("use a machine with more memory, or map the recording in parts") {
+    : cholesky_("use a machine with more memory, or map the recording in parts"),
+      damping_(kMinDamping) {
   std::map<int, std::size_t> index;
   for (const auto& [frame_idx, pose] : world_from_node) {
     index.emplace_hint(index.end(), frame_idx, poses_.size());
@@ -92,38 +94,40 @@ void GraphSolver::FindTree(const std::vector<std::vector<int>>& neighbours) {
 GraphSummary GraphSolver::Solve(const std::vector<double>& weights, int max_steps) {
   GraphSummary summary;
   double cost = summary.initial_cost = Cost(weights, poses_);
-  double damping = kMinDamping;
-  bool is_linear = false;
   const double no_cost = kNoCost * static_cast<double>(ends_.size());
-  while (poses_.size() > 1 && summary.num_iterations < max_steps && !summary.has_converged) {
-    if (!std::exchange(is_linear, true)) Linearize(weights);
-    ++summary.num_iterations;
-    double expected_gain = cost;
-    if (const auto step = Step(damping)) {
-      expected_gain = -gradient_.dot(*step) / 2;
-      std::vector<Rigid3> moved = Moved(*step);
-      const double moved_cost = Cost(weights, moved);
-      if (moved_cost < cost) {
-        summary.has_converged = cost - moved_cost < kMinGain * cost + no_cost;
-        cost = moved_cost;
-        poses_ = std::move(moved);
-        is_linear = false;
-        damping = std::max(kMinDamping, damping / 100);
-        continue;
-      }
-    }
-    summary.has_converged = expected_gain <= kMinGain * cost + no_cost;
-    damping *= 100;
-    if (damping <= kMaxDamping || summary.has_converged) continue;
-    throw DataError(
-        "the graph of {} keyframes and {} edges was not optimized: no step lowers its cost of {}; "
-        "delete the odometry and matches folders of this site and run make",
-        poses_.size(),
-        ends_.size(),
-        cost);
+  while (poses_.size() > 1 && summary.num_steps < max_steps && !summary.has_converged) {
+    Linearize(weights);
+    const double gain = TakeStep(weights, cost);
+    summary.has_converged = gain <= kMinGain * cost + no_cost;
+    cost -= gain;
+    ++summary.num_steps;
   }
   summary.final_cost = cost;
   return summary;
+}
+
+// Takes the longest step that lowers the cost; returns by how much. 0: none is expected to lower it
+// by more than rounding does.
+double GraphSolver::TakeStep(const std::vector<double>& weights, double cost) {
+  const double no_gain = kRounding * cost + kNoCost * static_cast<double>(ends_.size());
+  for (; damping_ < kMaxDamping; damping_ *= 100) {
+    const auto step = Step(damping_);
+    if (!step) continue;
+    std::vector<Rigid3> moved = Moved(*step);
+    const double gain = cost - Cost(weights, moved);
+    if (gain > 0) {
+      poses_ = std::move(moved);
+      damping_ = std::max(kMinDamping, damping_ / 100);
+      return gain;
+    }
+    if (-gradient_.dot(*step) / 2 <= no_gain) return 0;
+  }
+  throw DataError(
+      "the graph of {} keyframes and {} edges was not optimized: no step lowers its cost of {}; "
+      "delete the odometry and matches folders of this site and run make",
+      poses_.size(),
+      ends_.size(),
+      cost);
 }
 
 double GraphSolver::Error(std::size_t edge) const {
@@ -159,7 +163,8 @@ void GraphSolver::Add(const Ends& ends, double weight, const EdgeError::Linear& 
       weight * later.transpose() * earlier;
 }
 
-// Of the linearized graph, by rank. Nothing where the damped system is not positive definite.
+// The step of the linearized graph, by rank; nothing where the damped system is not positive
+// definite.
 std::optional<Eigen::VectorXd> GraphSolver::Step(double damping) {
   for (std::size_t rank = 0; rank < diagonal_.size(); ++rank) {
     Matrix6d damped = diagonal_[rank];
@@ -172,8 +177,8 @@ std::optional<Eigen::VectorXd> GraphSolver::Step(double damping) {
   return cholesky_.Solve(pattern_.lower, -gradient_);
 }
 
-// With the relative poses along the tree moved by as much as the step moves one end against the
-// other.
+// Poses after a step: relative poses along the tree move by as much as the step moves one end
+// against the other.
 std::vector<Rigid3> GraphSolver::Moved(const Eigen::VectorXd& step) const {
   std::vector<Rigid3> moved = poses_;
   const auto step_of = [&](std::size_t node) -> Vector6d {

@@ -22,7 +22,7 @@ namespace nightmap {
 struct GraphSummary {
   double initial_cost = 0;  // half the weighted sum of squared Mahalanobis distances
   double final_cost = 0;
-  int num_iterations = 0;  // steps tried
+  int num_steps = 0;
   bool has_converged = false;
 };
 
@@ -53,6 +53,7 @@ class GraphSolver {
   void Layout(const std::vector<std::vector<int>>& neighbours);
   void Linearize(const std::vector<double>& weights);
   void Add(const Ends& ends, double weight, const EdgeError::Linear& linear);
+  double TakeStep(const std::vector<double>& weights, double cost);
   std::optional<Eigen::VectorXd> Step(double damping);
   std::vector<Rigid3> Moved(const Eigen::VectorXd& step) const;
   double Cost(const std::vector<double>& weights, const std::vector<Rigid3>& poses) const;
@@ -65,6 +66,7 @@ class GraphSolver {
   std::vector<Matrix6d> diagonal_;  // by rank, as the gradient
   Eigen::VectorXd gradient_;
   SparseCholesky cholesky_;
+  double damping_;  // of the next step
 };
 
 }  // namespace nightmap

@@ -8,8 +8,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kMaxRounds = 40;
-constexpr int kStepsOfRound = 1;
-constexpr int kMaxSteps = 30;
+constexpr int kMaxSteps = 30;  // over the accepted edges; a round of the graduation takes one
 constexpr double kMuFactor = 1.6;
 
 // Equation 14 of the paper: the weight of a truncated squared error at control value mu.
@@ -41,7 +40,7 @@ class Graduation {
         if (edge.is_loop) edge.weight = Weight(edge.error, max_loop_error_, mu);
       }
       if (num_rounds > 1 && std::ranges::all_of(edges_, IsDecided)) break;
-      Solve(kStepsOfRound);
+      Solve(1);
     }
     for (GraphEdge& edge : edges_) {
       if (edge.is_loop) edge.weight = edge.error <= max_loop_error_ ? 1 : 0;

@@ -49,7 +49,7 @@ nlohmann::json OptimizationReport(const GraduationSummary& summary) {
   return {{"num_rounds", summary.num_rounds},
           {"initial_cost", summary.last.initial_cost},
           {"final_cost", summary.last.final_cost},
-          {"num_iterations", summary.last.num_iterations},
+          {"num_steps", summary.last.num_steps},
           {"has_converged", summary.last.has_converged}};
 }
 

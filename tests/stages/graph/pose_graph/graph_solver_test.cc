@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/graph/pose_graph/graph_solver.h"
 
+#include <limits>
+
 #include "pipeline/base/random.h"
 #include "tests/geometry/pose_matches.h"
 #include "tests/test_data.h"
@@ -162,9 +164,25 @@ TEST(GraphSolver, APartThatNothingHoldsKeepsItsShape) {
   EXPECT_LT((relative.translation - exact.translation).norm(), 1e-4);
 }
 
+// The full step from afar raises the cost.
+TEST(GraphSolver, EachStepLowersTheCost) {
+  Scene scene = MakeScene(0.1);
+  Random random(8);
+  for (auto& [idx, pose] : scene.start) pose = RandomPose(random);
+  GraphSolver solver(scene.edges, scene.start);
+  double cost = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 5; ++i) {
+    const GraphSummary summary = solver.Solve(Ones(scene), 1);
+    EXPECT_EQ(summary.num_steps, 1);
+    EXPECT_LT(summary.final_cost, summary.initial_cost);
+    EXPECT_LE(summary.initial_cost, cost);
+    cost = summary.final_cost;
+  }
+}
+
 TEST(GraphSolver, OnePoseIsSolved) {
   GraphSolver solver({}, {{4, Rigid3()}});
-  EXPECT_EQ(solver.Solve({}, kMaxSteps).num_iterations, 0);
+  EXPECT_EQ(solver.Solve({}, kMaxSteps).num_steps, 0);
   EXPECT_EQ(solver.Poses().size(), 1U);
 }
 
