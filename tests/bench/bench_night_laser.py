@@ -42,7 +42,7 @@ def error_row(folder, composer, truth, costs):
 
 
 def measure(arguments, source, num_scans, folder):
-    """What the tables say of a night: scans, costs and failure; a row of errors."""
+    """A night for the tables: its scans, costs and failure; its row of errors."""
     composer, programs = Composer(source, num_scans), limited_programs(arguments)
     truth = composer.write(folder)
     costs, failure = costs_of(laser_run.jobs_of_whole(), folder, lambda job: laser_run.run(job, programs, folder))

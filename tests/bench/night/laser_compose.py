@@ -75,7 +75,7 @@ class Source:
         self.low_m, self.high_m = points_m.min(axis=0), points_m.max(axis=0)
 
     def points_m(self, row):
-        """What a scan hit, in order of the beams, in the site's frame."""
+        """Hits of a scan in order of the beams, in the site's frame."""
         x, y, heading = self.poses[row]
         ranges_m = self.scans.ranges_m[row]
         hit = ranges_m < self.limit_m
