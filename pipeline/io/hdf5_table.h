@@ -105,7 +105,13 @@ class CheckedColumn {
 
   template <typename Row>
   void Read(const Hdf5Reader& file, bool is_first, std::vector<Row>* rows) const {
-    const auto array = file.Read<Element<Row>>(name_, kWidth<Row>);
+    const auto demand = [&](bool holds, std::string_view why) { file.Demand(holds, name_, why); };
+    auto array = file.Read<Element<Row>>(name_, kWidth<Row>);
+    if constexpr (kIsTheRow<Row>) {
+      *rows = std::move(array.values);  // no copy: there may be a night of them
+      check_(demand, *rows, *rows);
+      return;
+    }
     if (is_first) rows->resize(array.rows);
     file.Demand(array.rows == rows->size(), name_, "has another length than the others");
     const Element<Row>* from = array.values.data();
@@ -116,7 +122,6 @@ class CheckedColumn {
           },
           members_);
     }
-    const auto demand = [&](bool holds, std::string_view why) { file.Demand(holds, name_, why); };
     check_(demand, array.values, *rows);
   }
 
@@ -127,6 +132,10 @@ class CheckedColumn {
   using Element = std::common_type_t<typename StoredMember<Row, Members>::Element...>;
   template <typename Row>
   static constexpr std::size_t kWidth = (0 + ... + StoredMember<Row, Members>::kWidth);
+  // The column is the only one, and its numbers are the rows.
+  template <typename Row>
+  static constexpr bool kIsTheRow = std::is_same_v<Row, Element<Row>>&&
+      std::is_same_v<std::tuple<Members...>, std::tuple<std::identity>>;
 
   template <typename T>
   static void Put(const T& value, auto* elements) {

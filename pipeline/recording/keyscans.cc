@@ -27,23 +27,21 @@ ScanPoints PointsOf(const SignalSample& scan,
 
 }  // namespace
 
-std::vector<std::vector<Eigen::Vector2d>> PointsOfKeyscans(const Signal& scans,
-                                                           const std::vector<StampedPose>& keyscans,
-                                                           double max_range_m) {
-  std::vector<std::vector<Eigen::Vector2d>> points;
-  auto scan = scans.samples.begin();
-  for (const StampedPose& keyscan : keyscans) {
-    scan = std::ranges::lower_bound(
-        scan, scans.samples.end(), keyscan.time_ns, {}, &SignalSample::time_ns);
-    if (scan == scans.samples.end() || scan->time_ns != keyscan.time_ns) {
-      throw InputError({{"keyframes"}, {"scans"}},
-                       "there is a keyscan and no scan at {} s",
-                       TimeToString(keyscan.time_ns));
-    }
-    auto& of_scan = points.emplace_back();
-    for (const Eigen::Vector3d& point : PointsOf(*scan, scans, keyscan, keyscans).points_in_robot) {
-      if (point.head<2>().norm() <= max_range_m) of_scan.push_back(point.head<2>());
-    }
+std::vector<Eigen::Vector2d> PointsOfKeyscan(const Signal& scans,
+                                             const std::vector<StampedPose>& keyscans,
+                                             std::size_t i,
+                                             double max_range_m) {
+  const StampedPose& keyscan = keyscans[i];
+  const auto scan =
+      std::ranges::lower_bound(scans.samples, keyscan.time_ns, {}, &SignalSample::time_ns);
+  if (scan == scans.samples.end() || scan->time_ns != keyscan.time_ns) {
+    throw InputError({{"keyframes"}, {"scans"}},
+                     "there is a keyscan and no scan at {} s",
+                     TimeToString(keyscan.time_ns));
+  }
+  std::vector<Eigen::Vector2d> points;
+  for (const Eigen::Vector3d& point : PointsOf(*scan, scans, keyscan, keyscans).points_in_robot) {
+    if (point.head<2>().norm() <= max_range_m) points.push_back(point.head<2>());
   }
   return points;
 }

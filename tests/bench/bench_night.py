@@ -40,6 +40,26 @@ def reason_of(error):
     return " ".join(itertools.takewhile(lambda word: "/" not in word, words))
 
 
+SHELL = ("sh", "-c", '"$@"; exit $?', "sh")  # starts programs, so that their peak memory is not that of Python before them
+
+
+def limited_programs(arguments):
+    limit = ("prlimit", f"--as={round(arguments.memory * 2**30)}") if arguments.memory else ()
+    return Programs(arguments.build, arguments.threads, (*SHELL, *limit))
+
+
+def costs_of(jobs, folder, run_job):
+    """Runs the jobs up to the first that fails. Returns name -> (wall s, CPU s, memory MiB, files MB), and name -> reason of that one."""
+    costs = {}
+    for job in jobs:
+        try:
+            result = run_job(job)
+        except DataError as error:
+            return costs, {job.name: reason_of(str(error))}
+        costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20, size_mb(folder / job.name))
+    return costs, {}
+
+
 class Site:
     """A composed site and what its programs cost."""
 
@@ -52,16 +72,9 @@ class Site:
 
     def map(self):
         """Runs the programs up to the first that fails."""
-        limit = ("prlimit", f"--as={round(self.arguments.memory * 2**30)}") if self.arguments.memory else ()
-        programs = Programs(self.arguments.build, self.arguments.threads, limit)
-        for job in run.jobs_of_whole():
-            try:
-                result = run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
-            except DataError as error:
-                self.failure = {job.name: reason_of(str(error))}
-                return
-            self.costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
-                                   size_mb(self.folder / job.name))  # fmt: skip
+        programs = limited_programs(self.arguments)
+        self.costs, self.failure = costs_of(run.jobs_of_whole(), self.folder,
+                                            lambda job: run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data))
 
     def errors(self):
         """A row of the second table."""
@@ -84,10 +97,10 @@ class Site:
         return [f"{figures['num_located']} of {figures['num_queries']}", f"{100 * figures['median_m']:.2f}", str(figures["num_wrong"])]
 
 
-def cost_rows(sites):
+def cost_rows(sites, programs):
     """A row per program and size. Ratios are to the first size."""
     rows = []
-    for program in (job.name for job in run.jobs_of_whole()):
+    for program in programs:
         first = None
         for num_frames, costs, failure in sites:
             if program in failure:
@@ -122,14 +135,18 @@ def plot(path, sites):
     figure.savefig(path)
 
 
+def add_limits(parser):
+    parser.add_argument("--memory", type=float, metavar="GIB", default=4, help="limit of each program's address space; 0: none")
+    parser.add_argument("--folder", type=Path, help="folder of the composed sites instead of one in the folder of temporary files")
+
+
 def parse_arguments():
     parser = parser_of(__doc__, "data", "build", "threads", "page")
     parser.add_argument("site_dir", type=Path, help="maps/SITE of one camera, mapped up to localize")
     parser.add_argument("--frames", type=int, nargs="+", default=[10_000, 20_000, 50_000, 100_000])
     parser.add_argument("--unit", type=int, nargs=2, metavar=("FIRST", "LAST"),
                         help="shards of a copy; without it those that lead farthest, at most a quarter of the smallest size")  # fmt: skip
-    parser.add_argument("--memory", type=float, metavar="GIB", default=4, help="limit of each program's address space; 0: none")
-    parser.add_argument("--folder", type=Path, help="folder of the composed sites instead of one in the folder of temporary files")
+    add_limits(parser)
     parser.add_argument("--plot", type=Path, help="picture of the growth, SVG or PNG")
     return parser.parse_args()
 
@@ -146,7 +163,7 @@ def main():
             site.map()
             sites.append((site.composer.num_frames, site.costs, site.failure))
             errors.append(site.errors())
-        text = markdown(TITLES, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
+        text = markdown(TITLES, cost_rows(sites, [job.name for job in run.jobs_of_whole()])) + "\n" + markdown(ERRORS, errors, 0)
         print(text, flush=True)
     if arguments.plot:
         plot(arguments.plot, sites)

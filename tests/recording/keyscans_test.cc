@@ -31,6 +31,16 @@ StampedPose KeyscanAt(std::int64_t time_ns, const Rigid2& pose = {}) {
   return {time_ns, pose.ToRigid3()};
 }
 
+std::vector<std::vector<Eigen::Vector2d>> PointsOfKeyscans(const Signal& scans,
+                                                           const std::vector<StampedPose>& keyscans,
+                                                           double max_range_m) {
+  std::vector<std::vector<Eigen::Vector2d>> points;
+  for (std::size_t i = 0; i < keyscans.size(); ++i) {
+    points.push_back(PointsOfKeyscan(scans, keyscans, i, max_range_m));
+  }
+  return points;
+}
+
 TEST(Keyscans, PointsAreThoseOfTheScanAtTheSameTime) {
   const Signal laser = Laser();
   const auto points =

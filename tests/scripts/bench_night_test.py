@@ -15,7 +15,7 @@ SITES = [(1000, {"vocabulary": (2.0, 4.0, 100, 10), "loops": (1.0, 1.0, 50, 1)},
 
 class TablesTest(FolderTest):
     def test_growth_is_per_frame_against_the_first_size_and_a_failure_is_a_row(self):
-        rows = bench_night.cost_rows(SITES)
+        rows = bench_night.cost_rows(SITES, ["vocabulary", "loops"])
         self.assertEqual([row[:2] for row in rows],
                          [["vocabulary", "1,000"], ["vocabulary", "4,000"], ["loops", "1,000"], ["loops", "4,000"]])  # fmt: skip
         self.assertEqual(rows[0][-2:], ["1.00", "1.00"])
@@ -41,6 +41,6 @@ class TablesTest(FolderTest):
 
         with mock.patch.object(bench_night.run, "run", fails):
             site.map()
-        self.assertEqual(asked, [("vocabulary", ("prlimit", f"--as={4 << 30}"))])
+        self.assertEqual(asked, [("vocabulary", (*bench_night.SHELL, "prlimit", f"--as={4 << 30}"))])
         self.assertEqual(site.failure, {"vocabulary": "vocabulary: out of memory with"})
         self.assertEqual(site.errors(), ["1,000", "2", *["n/a"] * (len(bench_night.ERRORS) - 2)])

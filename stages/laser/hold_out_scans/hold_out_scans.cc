@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/plane_grid.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/scan_points.h"
@@ -43,12 +44,29 @@ bool IsHeldOut(const HoldOutScansOptions& options, double path_m) {
   return static_cast<long>(path_m / options.block_m) % options.every == options.every - 1;
 }
 
-bool IsNear(const Eigen::Vector3d& point,
-            const std::vector<Eigen::Vector3d>& points,
-            double near_m) {
-  return std::ranges::any_of(points,
-                             [&](const auto& other) { return (other - point).norm() <= near_m; });
-}
+// The places of the scans that stay.
+class MappedPlaces {
+ public:
+  MappedPlaces(std::vector<Eigen::Vector3d> points, double near_m)
+      : points_(std::move(points)), near_m_(near_m), grid_(FromAbove(points_), near_m) {}
+
+  bool HasNear(const Eigen::Vector3d& point) const {
+    return std::ranges::any_of(grid_.Near(point.head<2>(), near_m_), [&](std::size_t i) {
+      return (points_[i] - point).norm() <= near_m_;
+    });
+  }
+
+ private:
+  static std::vector<Eigen::Vector2d> FromAbove(const std::vector<Eigen::Vector3d>& points) {
+    std::vector<Eigen::Vector2d> places;
+    for (const Eigen::Vector3d& point : points) places.emplace_back(point.head<2>());
+    return places;
+  }
+
+  std::vector<Eigen::Vector3d> points_;
+  double near_m_;
+  PlaneGrid grid_;
+};
 
 std::optional<RoughPosition> DrawPosition(const HoldOutScansOptions& options,
                                           const Rigid3& map_from_robot,
@@ -118,10 +136,11 @@ HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutSc
       mapped_points.push_back(sample.pose.pose.translation);
     }
   }
+  const MappedPlaces mapped(std::move(mapped_points), options.near_m);
   HeldOutScans result{{Without(signal, held_out)}, {}, {}, held_out.size(), 0, 0};
   double next_m = 0;
   for (const PlacedSample& sample : held_out) {
-    if (!IsNear(sample.pose.pose.translation, mapped_points, options.near_m)) {
+    if (!mapped.HasNear(sample.pose.pose.translation)) {
       ++result.num_far;
       continue;
     }

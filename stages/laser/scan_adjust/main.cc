@@ -9,11 +9,11 @@ namespace nightmap {
 namespace {
 
 void Run(const ScanAdjustOptions& options, StageContext& context) {
-  const ScanAdjustInput input{ReadSignals(context.Input("scans"), SignalKind::kScan),
-                              ReadPoses(context.Input("keyframes")),
-                              ReadEdges(context.Input("odometry"))};
+  ScanAdjustInput input{ReadSignals(context.Input("scans"), SignalKind::kScan),
+                        ReadPoses(context.Input("keyframes")),
+                        ReadEdges(context.Input("odometry"))};
   const ScanAdjustResult result =
-      RunScanAdjust(options, input, context.GetProgress(), context.NumThreads());
+      RunScanAdjust(options, std::move(input), context.GetProgress(), context.NumThreads());
   constexpr int kNumDecimals = 15;  // carry_scans goes on with these poses
   WriteFile(context.Output("keyframes"),
             TrajectoryToTum(result.keyscans, "graph_from_robot at each keyscan", kNumDecimals));

@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/laser/scan_adjust/scan_adjust.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/keyscans.h"
 #include "stages/laser/scan_adjust/compare_scans.h"
+#include "stages/laser/scan_adjust/keyscan_system.h"
 #include "stages/laser/scan_adjust/scan_pairs.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kSpacing_m = 0.05;  // distance of the points used on a wall
-constexpr double kFixed = 1e12;      // holds the first keyscan
 constexpr double kSmallStep = 2e-4;  // metres and radians that end the rounds
 
 std::vector<std::vector<WallPoint>> WallsOf(const ScanAdjustOptions& options,
                                             const Signal& scans,
                                             const std::vector<StampedPose>& keyscans) {
   std::vector<std::vector<WallPoint>> walls;
-  for (const auto& points : PointsOfKeyscans(scans, keyscans, options.max_range_m)) {
-    walls.push_back(FindWallPoints(points, kSpacing_m));
+  for (std::size_t i = 0; i < keyscans.size(); ++i) {
+    walls.push_back(
+        FindWallPoints(PointsOfKeyscan(scans, keyscans, i, options.max_range_m), kSpacing_m));
+    walls.back().shrink_to_fit();
   }
   return walls;
 }
@@ -35,15 +35,18 @@ class Adjuster {
            std::vector<std::vector<WallPoint>> walls,
            std::vector<Rigid2> poses,
            const std::vector<SensorEdge>& odometry)
-      : options_(options), walls_(std::move(walls)), poses_(std::move(poses)), odometry_(odometry) {
-    pairs_ = ChoosePairs(options, poses_);
-  }
+      : options_(options),
+        walls_(std::move(walls)),
+        poses_(std::move(poses)),
+        odometry_(odometry),
+        pairs_(ChoosePairs(options, poses_)),
+        system_(poses_.size(), LinkedKeyscans()) {}
 
   void Run(Progress& progress, int num_threads, ScanAdjustResult* result) {
     result->num_pairs = pairs_.size();
     progress.Start(static_cast<std::size_t>(options_.num_rounds) + 1);
     for (int round = 0; round < options_.num_rounds; ++round) {
-      const double moved = Solve(Compare(Gate_m(round), num_threads));
+      const double moved = Solve(Gate_m(round), num_threads);
       progress.Advance();
       if (moved < kSmallStep && Gate_m(round) <= options_.last_gate_m) break;
     }
@@ -54,72 +57,43 @@ class Adjuster {
   const std::vector<Rigid2>& Poses() const { return poses_; }
 
  private:
+  std::vector<std::pair<std::size_t, std::size_t>> LinkedKeyscans() const {
+    std::vector<std::pair<std::size_t, std::size_t>> linked;
+    for (const ScanPair& pair : pairs_) linked.emplace_back(pair.scan, pair.target);
+    for (std::size_t i = 0; i < odometry_.size(); ++i) linked.emplace_back(i, i + 1);
+    return linked;
+  }
+
   // The gate narrows from the first to the last in equal ratios, over the first half of the rounds.
   double Gate_m(int round) const {
     const double part = std::min(1.0, round / std::max(1.0, options_.num_rounds / 2.0));
     return options_.first_gate_m * std::pow(options_.last_gate_m / options_.first_gate_m, part);
   }
 
-  std::vector<PairEquations> Compare(double gate_m, int num_threads) const {
-    std::vector<PairEquations> equations(pairs_.size());
-    ParallelFor(pairs_.size(), num_threads, [&](std::size_t i) {
-      const auto& [scan, target] = pairs_[i];
-      equations[i] = CompareScans(
-          walls_[scan], poses_[scan], walls_[target], poses_[target], gate_m, options_.sigma_m);
-    });
-    return equations;
+  // Calls visit(pair, equations) for all pairs in order. Equations of few pairs are in memory.
+  template <typename Visit>
+  void Compare(double gate_m, int num_threads, const Visit& visit) const {
+    constexpr std::size_t kNumAtOnce = 8192;
+    std::vector<PairEquations> equations;
+    for (std::size_t first = 0; first < pairs_.size(); first += kNumAtOnce) {
+      equations.assign(std::min(kNumAtOnce, pairs_.size() - first), {});
+      ParallelFor(equations.size(), num_threads, [&](std::size_t i) {
+        const auto& [scan, target] = pairs_[first + i];
+        equations[i] = CompareScans(
+            walls_[scan], poses_[scan], walls_[target], poses_[target], gate_m, options_.sigma_m);
+      });
+      for (std::size_t i = 0; i < equations.size(); ++i) visit(pairs_[first + i], equations[i]);
+    }
   }
 
-  // Normal equations of all keyscans.
-  class System {
-   public:
-    explicit System(std::size_t num_keyscans)
-        : gradient_(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(num_keyscans))) {
-      for (int i = 0; i < 3; ++i) entries_.emplace_back(i, i, kFixed);
-    }
-
-    void Add(std::size_t a, std::size_t b, const Matrix6& hessian, const Vector6& gradient) {
-      const Eigen::Index first[] = {3 * static_cast<Eigen::Index>(a),
-                                    3 * static_cast<Eigen::Index>(b)};
-      for (int i = 0; i < 6; ++i) {
-        gradient_[first[i / 3] + i % 3] += gradient[i];
-        for (int j = 0; j < 6; ++j) {
-          entries_.emplace_back(static_cast<int>(first[i / 3] + i % 3),
-                                static_cast<int>(first[j / 3] + j % 3),
-                                hessian(i, j));
-        }
-      }
-    }
-
-    // All rounds have the same pairs, so that one analysis is enough.
-    using Solver = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
-    Eigen::VectorXd Step(bool is_analyzed, Solver* solver) const {
-      Eigen::SparseMatrix<double> hessian(gradient_.size(), gradient_.size());
-      hessian.setFromTriplets(entries_.begin(), entries_.end());
-      if (!is_analyzed) solver->analyzePattern(hessian);
-      solver->factorize(hessian);
-      const Eigen::VectorXd step = -solver->solve(gradient_);
-      if (solver->info() != Eigen::Success || !step.allFinite()) {
-        throw DataError("the equations of {} keyscans have no solution; raise scan_adjust.sigma_m",
-                        gradient_.size() / 3);
-      }
-      return step;
-    }
-
-   private:
-    Eigen::VectorXd gradient_;
-    std::vector<Eigen::Triplet<double>> entries_;
-  };
-
   // The largest change of a pose.
-  double Solve(const std::vector<PairEquations>& equations) {
-    System system(poses_.size());
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      system.Add(pairs_[i].scan, pairs_[i].target, equations[i].hessian, equations[i].gradient);
-    }
-    for (std::size_t i = 0; i < odometry_.size(); ++i) AddOdometry(i, &system);
-    const Eigen::VectorXd step = system.Step(is_analyzed_, &solver_);
-    is_analyzed_ = true;
+  double Solve(double gate_m, int num_threads) {
+    system_.Clear();
+    Compare(gate_m, num_threads, [&](const ScanPair& pair, const PairEquations& equations) {
+      system_.Add(pair.scan, pair.target, equations.hessian, equations.gradient);
+    });
+    for (std::size_t i = 0; i < odometry_.size(); ++i) AddOdometry(i);
+    const Eigen::VectorXd step = system_.Step();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       const auto first = 3 * static_cast<Eigen::Index>(i);
       poses_[i].translation += step.segment<2>(first);
@@ -129,7 +103,7 @@ class Adjuster {
   }
 
   // The motion from keyscan i to the next one.
-  void AddOdometry(std::size_t i, System* system) const {
+  void AddOdometry(std::size_t i) {
     const Rigid2 &a = poses_[i], &b = poses_[i + 1];
     const Rigid2 a_from_b = ToRigid2(odometry_[i].target_from_source).Inverse();
     const Eigen::Matrix2d b_from_graph = Eigen::Rotation2Dd(-b.heading_rad).matrix();
@@ -151,7 +125,7 @@ class Adjuster {
       }
     }
     const Eigen::Matrix3d information = covariance.inverse();
-    system->Add(i,
+    system_.Add(i,
                 i + 1,
                 derivatives.transpose() * information * derivatives,
                 derivatives.transpose() * information * error);
@@ -160,10 +134,10 @@ class Adjuster {
   // How far the points that match at the end are from the walls.
   void Judge(int num_threads, ScanAdjustResult* result) const {
     double sum_m2 = 0;
-    for (const PairEquations& pair : Compare(options_.last_gate_m, num_threads)) {
+    Compare(options_.last_gate_m, num_threads, [&](const ScanPair&, const PairEquations& pair) {
       result->num_matches += pair.num_matches;
       sum_m2 += pair.sum_squares_m2;
-    }
+    });
     result->rms_m =
         std::sqrt(sum_m2 / std::max<double>(1, static_cast<double>(result->num_matches)));
   }
@@ -173,22 +147,22 @@ class Adjuster {
   std::vector<Rigid2> poses_;  // graph_from_robot
   const std::vector<SensorEdge>& odometry_;
   std::vector<ScanPair> pairs_;
-  System::Solver solver_;
-  bool is_analyzed_ = false;
+  KeyscanSystem system_;
 };
 
 }  // namespace
 
 ScanAdjustResult RunScanAdjust(const ScanAdjustOptions& options,
-                               const ScanAdjustInput& input,
+                               ScanAdjustInput input,
                                Progress& progress,
                                int num_threads) {
   const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_adjust.scan_sensor");
   CheckEdgesOfKeyscans(input.keyscans, input.odometry.edges);
   std::vector<Rigid2> poses;
   for (const StampedPose& keyscan : input.keyscans) poses.push_back(ToRigid2(keyscan.pose));
-  Adjuster adjuster(
-      options, WallsOf(options, scans, input.keyscans), std::move(poses), input.odometry.edges);
+  auto walls = WallsOf(options, scans, input.keyscans);
+  input.scans = {};  // the walls stand for them
+  Adjuster adjuster(options, std::move(walls), std::move(poses), input.odometry.edges);
   ScanAdjustResult result;
   adjuster.Run(progress, num_threads, &result);
   for (std::size_t i = 0; i < input.keyscans.size(); ++i) {

@@ -48,9 +48,10 @@ struct ScanAdjustResult {
 // chosen anew in each round, with a Cauchy kernel. Each scan is compared with some shortly before
 // it and with some of other times nearby. The odometry keeps what no wall tells, as along a
 // corridor. Throws UsageError when a sensor is not named but must be, InputError when keyscans,
-// scans and odometry do not fit together. Deterministic at any number of threads.
+// scans and odometry do not fit together. Deterministic at any number of threads; memory grows with
+// the keyscans' walls and pairs, as the scans themselves are let go of.
 ScanAdjustResult RunScanAdjust(const ScanAdjustOptions& options,
-                               const ScanAdjustInput& input,
+                               ScanAdjustInput input,
                                Progress& progress,
                                int num_threads);
 

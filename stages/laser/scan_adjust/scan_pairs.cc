@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "pipeline/geometry/plane_grid.h"
+
 namespace nightmap {
 namespace {
 
@@ -28,13 +30,19 @@ std::vector<double> Paths_m(const std::vector<Rigid2>& poses) {
   return paths_m;
 }
 
+std::vector<Eigen::Vector2d> Places(const std::vector<Rigid2>& poses) {
+  std::vector<Eigen::Vector2d> places;
+  for (const Rigid2& pose : poses) places.push_back(pose.translation);
+  return places;
+}
+
 class Chooser {
  public:
   Chooser(const ScanAdjustOptions& options, const std::vector<Rigid2>& poses)
-      : options_(options), poses_(poses), paths_m_(Paths_m(poses)) {
-    for (std::size_t i = 0; i < poses.size(); ++i) by_x_.emplace_back(poses[i].translation.x(), i);
-    std::ranges::sort(by_x_);
-  }
+      : options_(options),
+        poses_(poses),
+        paths_m_(Paths_m(poses)),
+        grid_(Places(poses), kNeighbourDistance_m) {}
 
   void AddNearInTime(std::size_t scan, std::vector<ScanPair>* pairs) const {
     std::size_t back = 1;
@@ -48,12 +56,7 @@ class Chooser {
 
   void AddOfOtherTimes(std::size_t scan, std::vector<ScanPair>* pairs) const {
     std::vector<std::pair<double, std::size_t>> near;
-    const double x_m = poses_[scan].translation.x();
-    const auto first = std::ranges::lower_bound(
-        by_x_, std::pair<double, std::size_t>(x_m - kNeighbourDistance_m, 0));
-    for (auto other = first; other != by_x_.end() && other->first <= x_m + kNeighbourDistance_m;
-         ++other) {
-      const std::size_t target = other->second;
+    for (const std::size_t target : grid_.Near(poses_[scan].translation, kNeighbourDistance_m)) {
       if (std::abs(paths_m_[scan] - paths_m_[target]) < kOtherTime_m) continue;
       const double apart = Apart(poses_[scan], poses_[target]);
       if (apart <= kNeighbourDistance_m) near.emplace_back(apart, target);
@@ -67,7 +70,7 @@ class Chooser {
   const ScanAdjustOptions& options_;
   const std::vector<Rigid2>& poses_;
   std::vector<double> paths_m_;
-  std::vector<std::pair<double, std::size_t>> by_x_;
+  PlaneGrid grid_;
 };
 
 }  // namespace

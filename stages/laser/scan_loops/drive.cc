@@ -2,6 +2,11 @@
 #include "stages/laser/scan_loops/drive.h"
 
 namespace nightmap {
+namespace {
+
+constexpr double kLost_rad2 = 0.01;  // of one motion; scans that fit tell it better
+
+}  // namespace
 
 DriftSums::DriftSums(const std::vector<Keyscan>& keyscans, const std::vector<SensorEdge>& edges) {
   Sums sums;
@@ -14,6 +19,7 @@ DriftSums::DriftSums(const std::vector<Keyscan>& keyscans, const std::vector<Sen
       const double variance_rad2 = covariance(2, 2);
       sums.covariance_m2 += turn * covariance.block<2, 2>(3, 3) * turn.transpose();
       sums.variance_rad2 += variance_rad2;
+      if (variance_rad2 > kLost_rad2) sums.lost_rad2 += variance_rad2;
       sums.moment += variance_rad2 * pose.translation;
       sums.second_moment += variance_rad2 * pose.translation * pose.translation.transpose();
     }
@@ -35,7 +41,8 @@ Drift DriftSums::Between(std::size_t a, std::size_t b) const {
   quarter_turn << 0, -1, 1, 0;
   return {
       all.covariance_m2 - before.covariance_m2 + quarter_turn * levers * quarter_turn.transpose(),
-      variance_rad2};
+      variance_rad2,
+      all.lost_rad2 - before.lost_rad2};
 }
 
 }  // namespace nightmap

@@ -22,11 +22,13 @@ struct Keyscan {
 struct Drift {
   Eigen::Matrix2d covariance_m2 = Eigen::Matrix2d::Zero();
   double variance_rad2 = 0;
+  double lost_rad2 = 0;  // its part from motions that no scan tells
 
   double Sigma_m() const { return std::sqrt(covariance_m2.trace()); }
   double Sigma_rad() const { return std::sqrt(variance_rad2); }
   // The robot was carried, or switched on elsewhere: scan_match begins a part of its own.
-  bool IsUnknown() const { return Sigma_rad() > 1; }
+  // The sum of a long way is known, however large: it asks for no search of all submaps.
+  bool IsUnknown() const { return lost_rad2 > 1; }
 };
 
 // Adds up the covariances of the motions between consecutive keyscans. An error of a heading turns
@@ -43,6 +45,7 @@ class DriftSums {
   struct Sums {
     Eigen::Matrix2d covariance_m2 = Eigen::Matrix2d::Zero();
     double variance_rad2 = 0;
+    double lost_rad2 = 0;
     Eigen::Vector2d moment = Eigen::Vector2d::Zero();         // of the variances at their places
     Eigen::Matrix2d second_moment = Eigen::Matrix2d::Zero();  // likewise
   };

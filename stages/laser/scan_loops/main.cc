@@ -11,11 +11,11 @@ namespace nightmap {
 namespace {
 
 void Run(const ScanLoopsOptions& options, StageContext& context) {
-  const ScanLoopsInput input{ReadSignals(context.Input("scans"), SignalKind::kScan),
-                             ReadPoses(context.Input("keyframes")),
-                             ReadEdges(context.Input("odometry"))};
+  ScanLoopsInput input{ReadSignals(context.Input("scans"), SignalKind::kScan),
+                       ReadPoses(context.Input("keyframes")),
+                       ReadEdges(context.Input("odometry"))};
   const ScanLoopsResult result =
-      RunScanLoops(options, input, context.GetProgress(), context.NumThreads());
+      RunScanLoops(options, std::move(input), context.GetProgress(), context.NumThreads());
   WriteEdges(context.Output("edges"), result.edges, context.ConfigToml());
   const auto count = [&](auto is) { return std::ranges::count_if(result.candidates, is); };
   auto& report = context.Report();

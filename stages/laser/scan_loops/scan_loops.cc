@@ -30,11 +30,12 @@ constexpr double kMargin_rad = 0.05;
 std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
                                   const Signal& scans,
                                   const std::vector<StampedPose>& poses) {
-  const auto points = PointsOfKeyscans(scans, poses, options.max_range_m);
   std::vector<Keyscan> keyscans;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     Keyscan keyscan{poses[i].time_ns, ToRigid2(poses[i].pose), 0, {}, {}};
-    keyscan.points_in_robot = ThinPoints(points[i], options.resolution_m);
+    keyscan.points_in_robot =
+        ThinPoints(PointsOfKeyscan(scans, poses, i, options.max_range_m), options.resolution_m);
+    keyscan.points_in_robot.shrink_to_fit();
     keyscan.normals_in_robot = WallNormals(keyscan.points_in_robot, options.sigma_m / 2);
     if (!keyscans.empty()) {
       const Keyscan& last = keyscans.back();
@@ -163,12 +164,14 @@ SensorEdges EdgesOf(const std::vector<ScanLoopCandidate>& candidates,
 }  // namespace
 
 ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
-                             const ScanLoopsInput& input,
+                             ScanLoopsInput input,
                              Progress& progress,
                              int num_threads) {
   const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_loops.scan_sensor");
   CheckEdgesOfKeyscans(input.keyscans, input.odometry.edges);
   std::vector<Keyscan> keyscans = MakeKeyscans(options, scans, input.keyscans);
+  const std::string sensor_id = scans.sensor_id;
+  input.scans = {};  // the keyscans have their points
   const DriftSums drifts(keyscans, input.odometry.edges);
   const LoopFinder finder(options, std::move(keyscans));
   std::vector<std::vector<LoopPair>> pairs(finder.NumSubmaps());
@@ -186,7 +189,7 @@ ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
     result.candidates.insert(result.candidates.end(), of_submap.begin(), of_submap.end());
   }
   DropDoubtfulLoops(options, finder.Keyscans(), drifts, &result.candidates);
-  result.edges = EdgesOf(result.candidates, finder.Keyscans(), scans.sensor_id);
+  result.edges = EdgesOf(result.candidates, finder.Keyscans(), sensor_id);
   return result;
 }
 

@@ -67,9 +67,9 @@ struct ScanLoopsResult {
 // one that another submap casts doubt on (doubtful_loops.h). pose_graph decides which loops to
 // believe. Throws UsageError when a sensor is not named but must be, and InputError when keyscans
 // and edges do not fit together. Deterministic at any number of threads; memory grows with the
-// keyscans' points and one submap per thread.
+// keyscans' points, as the scans themselves are let go of, and one submap per thread.
 ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
-                             const ScanLoopsInput& input,
+                             ScanLoopsInput input,
                              Progress& progress,
                              int num_threads);
 

@@ -37,7 +37,8 @@ StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& 
 // ascending. The drift between them lets the query be within max_distance_m of the submap's middle,
 // and min_path_m of path lie between. A query has at most max_candidates, the nearest first, and
 // one of submaps that overlap. Where the drift is unknown, every kUnknownSpacing-th query is looked
-// for in all submaps of which none overlap.
+// for in all submaps of which none overlap. Otherwise the submaps
+// around the query are looked at, and not those of the whole drive.
 inline constexpr std::size_t kUnknownSpacing = 4;
 struct LoopPair {
   std::size_t submap = 0;

@@ -81,4 +81,25 @@ TEST(DriftSums, NothingDriftsFromAKeyscanToItself) {
   EXPECT_EQ(drift.variance_rad2, 0);
 }
 
+// A night adds up more than a radian of motions that scans tell well.
+TEST(DriftSums, ALongWayIsKnownHoweverMuchItAddsUp) {
+  std::vector<Keyscan> keyscans;
+  std::vector<SensorEdge> edges;
+  for (int i = 0; i < 1000; ++i) {
+    keyscans.push_back({i, Rigid2{0, {0.2 * i, 0}}, 0.2 * i, {}, {}});
+    edges.push_back(
+        {EdgeKind::kOdometry, i, i + 1, {}, OnFloor(0.004 * Eigen::Matrix3d::Identity())});
+  }
+  edges.pop_back();
+  const Drift drift = DriftSums(keyscans, edges).Between(0, 999);
+  EXPECT_GT(drift.Sigma_rad(), 1);
+  EXPECT_FALSE(drift.IsUnknown());
+  edges[400].covariance = 4 * Matrix6d::Identity();
+  const DriftSums carried(keyscans, edges);
+  EXPECT_TRUE(carried.Between(0, 999).IsUnknown());
+  EXPECT_TRUE(carried.Between(400, 401).IsUnknown());
+  EXPECT_FALSE(carried.Between(401, 999).IsUnknown());
+  EXPECT_FALSE(carried.Between(0, 400).IsUnknown());
+}
+
 }  // namespace nightmap::drive_test

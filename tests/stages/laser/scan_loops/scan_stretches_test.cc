@@ -182,4 +182,61 @@ TEST(ScanStretches, AfterAnUnknownMotionSomeQueriesTryAllSubmapsBefore) {
   for (const auto& [query, num] : num_before) EXPECT_GE(num, 3U) << query;
 }
 
+// Goes through all submaps for each query.
+std::vector<std::pair<std::size_t, std::size_t>> PairsOneByOne(const TwoLaps& laps,
+                                                               const DriftSums& drifts) {
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (std::size_t query = 0; query < laps.queries.size(); ++query) {
+    const Keyscan& sought = laps.keyscans[laps.queries[query].middle];
+    std::vector<std::pair<double, std::size_t>> near;
+    for (std::size_t i = 0; i < laps.submaps.size(); ++i) {
+      const ScanStretch& submap = laps.submaps[i];
+      if (laps.keyscans[submap.end - 1].path_m + laps.options.min_path_m > sought.path_m) continue;
+      const Drift drift = drifts.Between(submap.middle, laps.queries[query].middle);
+      const double apart_m = (laps.keyscans[submap.middle].start_from_robot.translation -
+                              sought.start_from_robot.translation)
+                                 .norm();
+      if (drift.IsUnknown()) {
+        if (query % kUnknownSpacing == 0 && i % 2 == 0) pairs.emplace_back(i, query);
+      } else if (apart_m - 3 * drift.Sigma_m() <= laps.options.max_distance_m) {
+        near.emplace_back(apart_m, i);
+      }
+    }
+    std::ranges::sort(near);
+    std::vector<std::size_t> chosen;
+    for (const auto& [apart_m, i] : near) {
+      const bool overlaps = std::ranges::any_of(
+          chosen, [i = i](std::size_t other) { return other + 1 >= i && other <= i + 1; });
+      if (overlaps || std::ssize(chosen) == laps.options.max_candidates) continue;
+      chosen.push_back(i);
+      pairs.emplace_back(i, query);
+    }
+  }
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
+TEST(ScanStretches, PairsAreThoseOfASearchOfAllSubmaps) {
+  for (const double sigma_m : {1e-6, 0.02, 0.3}) {
+    for (const bool is_carried : {false, true}) {
+      TwoLaps laps;
+      laps.poses = DriveAround({14, 3.5}, 1, kStep_m, 3);
+      laps.keyscans = KeyscansOf(laps.poses);
+      laps.options.max_distance_m = 3;
+      laps.submaps = CutSubmaps(laps.options, laps.keyscans);
+      laps.queries = CutQueries(laps.options, laps.keyscans);
+      auto edges = OdometryOf(laps.poses, sigma_m, 2e-3).edges;
+      if (is_carried) edges[edges.size() / 2].covariance = 9 * Matrix6d::Identity();
+      const DriftSums drifts(laps.keyscans, edges);
+      std::vector<std::pair<std::size_t, std::size_t>> pairs;
+      for (const LoopPair& pair :
+           PairsToTry(laps.options, laps.keyscans, drifts, laps.submaps, laps.queries)) {
+        pairs.emplace_back(pair.submap, pair.query);
+      }
+      EXPECT_EQ(pairs, PairsOneByOne(laps, drifts)) << sigma_m << is_carried;
+      EXPECT_GT(pairs.size(), 30U);
+    }
+  }
+}
+
 }  // namespace nightmap::scan_stretches_test
