@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/memory.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -21,6 +23,12 @@ bool IsSpareMemory() {
 }
 
 }  // namespace
+
+void ReturnFreeMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
 
 OutOfMemory::OutOfMemory(const std::string& at_file) : message_("out of memory at " + at_file) {}
 

@@ -23,6 +23,10 @@ class OutOfMemory : public std::bad_alloc {
 // Libraries say so in types of their own.
 bool IsOutOfMemory(const std::exception& error);
 
+// Gives memory that was freed in small pieces back to the system, before large arrays are asked
+// for: malloc keeps it for further small pieces.
+void ReturnFreeMemory();
+
 // Watches the calls of a library that reports lack of memory as a damaged file.
 class MemoryWatch {
  public:

@@ -163,6 +163,12 @@ SiteFeatures::Frame SiteFeatures::GetFrame(int frame_idx) const {
   return {std::move(features), frame};
 }
 
+void SiteFeatures::Release() const {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->slots.clear();
+  impl_->num_bytes = 0;
+}
+
 SiteFeatures SiteFeatures::With(std::function<void(FeaturesShard*)> change) const {
   SiteFeatures changed(*this);
   changed.impl_ = std::make_shared<Impl>();

@@ -40,6 +40,8 @@ class SiteFeatures {
   // Both read the shard unless it is in memory, and throw DataError naming file and field.
   Shard GetShard(std::size_t shard) const;
   Frame GetFrame(int frame_idx) const;
+  // Frees the shards kept for later calls.
+  void Release() const;
   // The same site with a change made to each shard when it is read. It must keep frames and be the
   // same each time.
   SiteFeatures With(std::function<void(FeaturesShard*)> change) const;

@@ -24,7 +24,7 @@ class Pipeline {
 
   AdjustResult Run(Progress& progress) {
     progress.Start(2);
-    std::vector<Track> tracks = CullKeyframes();
+    TrackList tracks = CullKeyframes();
     Note(rounds_.AdjustKeyframes(std::move(tracks), &keyframes_));
     result_.graph_from_camera = CarryFrames(input_.graph.chain, keyframes_);
     progress.Advance();
@@ -32,16 +32,16 @@ class Pipeline {
       Note(rounds_.AdjustDescribed(&keyframes_, &result_.graph_from_camera));
     }
     for (const auto& [idx, pose] : keyframes_) result_.graph.vertices.push_back({idx, pose});
-    result_.graph.edges = EdgesBetweenKept(input_.graph, input_.loops, result_.keyframes);
+    result_.graph.edges = EdgesBetweenKept(input_.graph, input_.loops(), result_.keyframes);
     progress.Advance();
     return std::move(result_);
   }
 
  private:
   // Tracks of the keyframes that stay.
-  std::vector<Track> CullKeyframes() {
+  TrackList CullKeyframes() {
     const std::set<int>& all = input_.graph.chain.keyframes;
-    std::vector<Track> tracks = MergeTracks(input_, all);
+    const TrackList tracks = MergeTracks(all);
     const auto redundant = RedundantKeyframes(tracks, all, BridgeEnds(), options_.max_seen_ratio);
     result_.keyframes = all;
     for (const int idx : redundant) {
@@ -49,7 +49,13 @@ class Pipeline {
       result_.keyframes.erase(idx);
     }
     result_.num_culled = static_cast<int>(redundant.size());
-    return WithoutFrames(std::move(tracks), redundant);
+    return WithoutFrames(tracks, redundant);
+  }
+
+  TrackList MergeTracks(const std::set<int>& keyframes) const {
+    const std::vector<FramePair> loops = input_.loops();
+    CheckLoops(input_, loops);
+    return nightmap::MergeTracks(input_, loops, keyframes);
   }
 
   std::set<int> BridgeEnds() const {
@@ -82,7 +88,7 @@ AdjustResult RunAdjust(const AdjustOptions& options,
                        const AdjustInput& input,
                        Progress& progress,
                        int num_threads) {
-  CheckInput(input);
+  CheckFrames(input);
   return Pipeline(options, input, num_threads).Run(progress);
 }
 

@@ -39,7 +39,7 @@ struct AdjustInput {
   SiteFeatures features{FeaturesShard{}};  // of these frames
   std::size_t num_shards = 0;
   std::function<OdometryShard(std::size_t)> odometry;  // of each shard, with its tracks
-  std::vector<FramePair> loops;                        // their matches
+  std::function<std::vector<FramePair>()> loops;       // of the graph, with their matches
   ClosedGraph graph;
   std::size_t max_region_observers = 1000;  // a region whose points are found anew has no more
 };

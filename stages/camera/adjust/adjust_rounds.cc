@@ -25,7 +25,7 @@ BundleOptions AdjustmentRounds::MakeBundleOptions() const {
 }
 
 GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
-    std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const {
+    TrackList tracks, std::map<int, Rigid3>* graph_from_keyframe) const {
   return AdjustFrames(input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
 }
 

@@ -18,7 +18,7 @@ class AdjustmentRounds {
 
   // Adjusts the keyframes and the points of `tracks`, with Huber's loss.
   [[nodiscard]] GlobalBundleSummary AdjustKeyframes(
-      std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const;
+      TrackList tracks, std::map<int, Rigid3>* graph_from_keyframe) const;
 
   // Adjusts the keyframes and all other frames that have descriptors (starting from
   // `graph_from_camera` of all frames), with newly found points, Cauchy's loss and, by option,

@@ -7,18 +7,6 @@
 namespace nightmap {
 namespace {
 
-void CheckFrames(const AdjustInput& input) {
-  const std::size_t count = input.graph.chain.graph_from_camera.size();
-  if (count != input.frames.size() || count != input.features.Heads().frames.size()) {
-    throw InputError({{"graph"}, {"frames"}},
-                     "{} frames are in the graph, the lists have {}, {} of them with features",
-                     count,
-                     input.frames.size(),
-                     input.features.Heads().frames.size());
-  }
-  CheckFeaturesOfFrames(input.frames, input.features.Heads());
-}
-
 bool HasFeature(const SiteFeatures& features, const Sighting& s) {
   const auto place = static_cast<std::size_t>(s.frame_idx);
   return s.frame_idx >= 0 && place < features.Heads().frames.size() && s.feature_idx >= 0 &&
@@ -42,6 +30,18 @@ void CheckMatches(const FramePair& loop, const SiteFeatures& features) {
 
 }  // namespace
 
+void CheckFrames(const AdjustInput& input) {
+  const std::size_t count = input.graph.chain.graph_from_camera.size();
+  if (count != input.frames.size() || count != input.features.Heads().frames.size()) {
+    throw InputError({{"graph"}, {"frames"}},
+                     "{} frames are in the graph, the lists have {}, {} of them with features",
+                     count,
+                     input.frames.size(),
+                     input.features.Heads().frames.size());
+  }
+  CheckFeaturesOfFrames(input.frames, input.features.Heads());
+}
+
 void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const SiteFeatures& features) {
   for (const Track& track : shard.tracks) {
     for (const Sighting& s : track) {
@@ -55,17 +55,16 @@ void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const SiteFe
   }
 }
 
-void CheckInput(const AdjustInput& input) {
-  CheckFrames(input);
-  for (const FramePair& loop : input.loops) {
+void CheckLoops(const AdjustInput& input, const std::vector<FramePair>& loops) {
+  for (const FramePair& loop : loops) {
     CheckLoop(loop, input.frames.size());
     CheckMatches(loop, input.features);
   }
-  if (input.graph.is_loop_accepted.size() == input.loops.size()) return;
+  if (input.graph.is_loop_accepted.size() == loops.size()) return;
   throw InputError({{"graph"}, {"loops"}},
                    "the graph judges {} loops, the list has {}",
                    input.graph.is_loop_accepted.size(),
-                   input.loops.size());
+                   loops.size());
 }
 
 }  // namespace nightmap

@@ -13,7 +13,7 @@ constexpr int kMinShared = 30;
 
 class Culler {
  public:
-  Culler(const std::vector<Track>& tracks, const std::set<int>& keyframes) : kept_(keyframes) {
+  Culler(const TrackList& tracks, const std::set<int>& keyframes) : kept_(keyframes) {
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       num_views_.push_back(static_cast<int>(tracks[i].size()));
       for (const Sighting& sighting : tracks[i]) tracks_of_[sighting.frame_idx].push_back(i);
@@ -52,7 +52,7 @@ class Culler {
 
 }  // namespace
 
-std::set<int> RedundantKeyframes(const std::vector<Track>& tracks,
+std::set<int> RedundantKeyframes(const TrackList& tracks,
                                  const std::set<int>& keyframes,
                                  const std::set<int>& needed,
                                  double max_seen_ratio) {

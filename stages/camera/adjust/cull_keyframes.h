@@ -3,9 +3,8 @@
 #pragma once
 
 #include <set>
-#include <vector>
 
-#include "stages/camera/adjust/merged_tracks.h"
+#include "stages/camera/adjust/track_list.h"
 
 namespace nightmap {
 
@@ -14,7 +13,7 @@ namespace nightmap {
 // only points of `tracks` that two keyframes see. Frames in `needed` stay. So does a keyframe whose
 // neighbours in time would otherwise share fewer than 30 points, because it measures their motion.
 // Deterministic.
-std::set<int> RedundantKeyframes(const std::vector<Track>& tracks,
+std::set<int> RedundantKeyframes(const TrackList& tracks,
                                  const std::set<int>& keyframes,
                                  const std::set<int>& needed,
                                  double max_seen_ratio);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 
+#include "pipeline/base/memory.h"
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "stages/camera/adjust/visit_by_frame.h"
 
@@ -31,8 +33,10 @@ class FrameAdjuster {
     }
   }
 
-  GlobalBundleSummary Run(const BundleOptions& bundle_options, std::vector<Track> tracks) {
+  GlobalBundleSummary Run(const BundleOptions& bundle_options, TrackList tracks) {
     AddTracks(SelectLongest(std::move(tracks)));
+    input_.features.Release();
+    ReturnFreeMemory();
     std::vector<BundleSummary> adjustments;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
@@ -67,69 +71,70 @@ class FrameAdjuster {
     return std::hypot(kOfSmallest_px, kPerDiameter * feature.Scale_px());
   }
 
-  std::vector<Track> SelectLongest(std::vector<Track> tracks) const {
-    DropWithoutDepth(&tracks);
-    std::ranges::stable_sort(tracks, std::greater<>(), &Track::size);
+  TrackList SelectLongest(TrackList tracks) const {
+    std::vector<std::uint32_t> order = WithDepth(tracks);
+    std::ranges::stable_sort(
+        order, std::greater<>(), [&](std::uint32_t i) { return tracks[i].size(); });
     std::map<int, int> count;
-    std::vector<Track> chosen;
-    for (Track& track : tracks) {
+    TrackList chosen;
+    for (const std::uint32_t i : order) {
       const bool is_wanted = std::ranges::any_of(
-          track, [&](auto& s) { return count[s.frame_idx] < kMaxTracksPerKeyframe; });
+          tracks[i], [&](auto& s) { return count[s.frame_idx] < kMaxTracksPerKeyframe; });
       if (!is_wanted) continue;
-      for (const Sighting& s : track) ++count[s.frame_idx];
-      chosen.push_back(std::move(track));
+      for (const Sighting& s : tracks[i]) ++count[s.frame_idx];
+      chosen.Add(tracks[i]);
     }
     return chosen;
   }
 
-  void DropWithoutDepth(std::vector<Track>* tracks) const {
-    std::vector<bool> has_depth(tracks->size(), false);
-    VisitByFrame(
-        *tracks, input_.features, [&](std::size_t track, std::size_t, const auto& feature) {
-          if (feature.Depth_m() > 0) has_depth[track] = true;
-        });
-    std::size_t i = 0;
-    std::erase_if(*tracks, [&](const Track&) { return !has_depth[i++]; });
+  // Tracks whose depth was measured.
+  std::vector<std::uint32_t> WithDepth(const TrackList& tracks) const {
+    std::vector<bool> has_depth(tracks.size(), false);
+    VisitByFrame(tracks, input_.features, [&](std::size_t track, std::size_t, const auto& feature) {
+      if (feature.Depth_m() > 0) has_depth[track] = true;
+    });
+    std::vector<std::uint32_t> with_depth;
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      if (has_depth[i]) with_depth.push_back(static_cast<std::uint32_t>(i));
+    }
+    return with_depth;
   }
 
-  void AddTracks(const std::vector<Track>& tracks) {
+  void AddTracks(const TrackList& tracks) {
     AddObservations(tracks);
-    for (const Track& track : tracks) AddPoint(track);
+    problem_.points_in_world.reserve(tracks.size());
+    for (std::size_t i = 0; i < tracks.size(); ++i) AddPoint(tracks, i);
   }
 
   // Track by track.
-  void AddObservations(const std::vector<Track>& tracks) {
-    std::size_t count = 0;
-    for (const Track& track : tracks) count += track.size();
-    problem_.observations.reserve(count);
-    std::vector<std::size_t> begins;
-    for (const Track& track : tracks) {
-      begins.push_back(problem_.observations.size());
-      for (const Sighting& s : track) {
+  void AddObservations(const TrackList& tracks) {
+    problem_.observations.reserve(tracks.NumSightings());
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      for (const Sighting& s : tracks[i]) {
         BundleObservation& seen = problem_.observations.emplace_back();
         seen.pose_idx = position_.at(s.frame_idx);
-        seen.point_idx = static_cast<int>(begins.size()) - 1;
+        seen.point_idx = static_cast<int>(i);
         seen.noise = CameraOf(s.frame_idx).noise;
       }
     }
     VisitByFrame(
         tracks, input_.features, [&](std::size_t track, std::size_t k, const auto& feature) {
-          BundleObservation& seen = problem_.observations[begins[track] + k];
+          BundleObservation& seen = problem_.observations[tracks.Begin(track) + k];
           seen.pixel = feature.Pixel();
           seen.depth_m = feature.Depth_m();
           seen.pixel_sigma_px = PixelSigma_px(feature);
         });
   }
 
-  // The next one. Starts where the nearest camera that measured its depth sees it.
-  void AddPoint(const Track& track) {
-    const std::span observations(problem_.observations.data() + num_placed_, track.size());
-    num_placed_ += track.size();
+  // Starts where the nearest camera that measured its depth sees it.
+  void AddPoint(const TrackList& tracks, std::size_t i) {
+    const std::span observations(problem_.observations.data() + tracks.Begin(i), tracks[i].size());
     const BundleObservation* nearest = nullptr;
     for (const BundleObservation& o : observations) {
       if (o.depth_m > 0 && (!nearest || o.depth_m < nearest->depth_m)) nearest = &o;
     }
-    const int frame_idx = track[static_cast<std::size_t>(nearest - observations.data())].frame_idx;
+    const int frame_idx =
+        tracks[i][static_cast<std::size_t>(nearest - observations.data())].frame_idx;
     problem_.points_in_world.push_back(
         poses_.at(frame_idx) *
         CameraOf(frame_idx).color.BackProjectUndistorted(nearest->pixel, nearest->depth_m));
@@ -154,14 +159,13 @@ class FrameAdjuster {
   std::map<int, Rigid3>& poses_;
   std::map<int, int> position_;  // index of a frame in the problem
   BundleProblem problem_;
-  std::size_t num_placed_ = 0;  // observations of points that were added
 };
 
 }  // namespace
 
 GlobalBundleSummary AdjustFrames(const AdjustInput& input,
                                  const BundleOptions& bundle_options,
-                                 std::vector<Track> tracks,
+                                 TrackList tracks,
                                  const std::map<int, PointMotion>& motions,
                                  std::map<int, Rigid3>* graph_from_frame) {
   return FrameAdjuster(input, motions, graph_from_frame).Run(bundle_options, std::move(tracks));

@@ -7,7 +7,7 @@
 
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "stages/camera/adjust/adjust.h"
-#include "stages/camera/adjust/merged_tracks.h"
+#include "stages/camera/adjust/track_list.h"
 
 namespace nightmap {
 
@@ -21,10 +21,11 @@ struct GlobalBundleSummary {
 
 // Keeps the longest tracks of each frame and adjusts the frames' poses and the points. The first
 // frame is held fixed as the graph's gauge. `motions` are those of these frames, for the rolling
-// shutter; if empty, all frames stand still. Throws DataError when an adjustment fails.
+// shutter; if empty, all frames stand still. Lets go of the features in
+// memory once their observations are known. Throws DataError when an adjustment fails.
 [[nodiscard]] GlobalBundleSummary AdjustFrames(const AdjustInput& input,
                                                const BundleOptions& bundle_options,
-                                               std::vector<Track> tracks,
+                                               TrackList tracks,
                                                const std::map<int, PointMotion>& motions,
                                                std::map<int, Rigid3>* graph_from_frame);
 

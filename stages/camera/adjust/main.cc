@@ -18,7 +18,7 @@ AdjustInput ReadInput(const StageContext& context) {
   const auto odometry = context.Inputs("odometry");
   input.num_shards = odometry.size();
   input.odometry = [odometry](std::size_t shard) { return ReadOdometry(odometry.at(shard)); };
-  input.loops = ReadPairs(context.Input("loops"));
+  input.loops = [loops = context.Input("loops")] { return ReadPairs(loops); };
   input.graph = ReadClosedGraph(context.Input("graph"));
   return input;
 }

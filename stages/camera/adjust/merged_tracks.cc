@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "pipeline/base/union_find.h"
 #include "stages/camera/adjust/check_tracks.h"
@@ -37,19 +38,23 @@ class TrackMerger {
     }
   }
 
+  // Forgets what a frame sees.
+  void Drop(int frame_idx) { track_of_[static_cast<std::size_t>(frame_idx)] = {}; }
+
   // Keeps sightings in keyframes only; one per keyframe, that of the lowest feature.
-  std::vector<Track> KeyframeTracks(const std::set<int>& keyframes) {
-    std::vector<Track> tracks(sets_.Size());
-    for (const int frame_idx : keyframes) {
-      const auto& track_of = track_of_[static_cast<std::size_t>(frame_idx)];
-      for (std::size_t i = 0; i < track_of.size(); ++i) {
-        if (track_of[i] == kNone) continue;
-        Track& track = tracks[sets_.Find(track_of[i])];
-        if (!track.empty() && track.back().frame_idx == frame_idx) continue;
-        track.push_back({frame_idx, static_cast<int>(i)});
-      }
+  TrackList KeyframeTracks(const std::set<int>& keyframes) {
+    std::vector<std::uint32_t> lengths(sets_.Size(), 0);
+    VisitKeyframes(keyframes, [&](std::size_t set, const Sighting&) { ++lengths[set]; });
+    TrackList tracks;
+    std::vector<std::size_t> next(sets_.Size());
+    for (std::size_t set = 0; set < lengths.size(); ++set) {
+      if (lengths[set] < 2) continue;
+      next[set] = tracks.NumSightings();
+      tracks.AddEmpty(lengths[set]);
     }
-    std::erase_if(tracks, [](const Track& track) { return track.size() < 2; });
+    VisitKeyframes(keyframes, [&](std::size_t set, const Sighting& s) {
+      if (lengths[set] >= 2) tracks.At(next[set]++) = s;
+    });
     return tracks;
   }
 
@@ -63,31 +68,73 @@ class TrackMerger {
     return of_frame[i];
   }
 
+  // Calls visit(set, sighting) for the first sighting of each set in each keyframe.
+  void VisitKeyframes(const std::set<int>& keyframes, const auto& visit) {
+    std::vector<int> last_frame(sets_.Size(), -1);
+    for (const int frame_idx : keyframes) {
+      const auto& track_of = track_of_[static_cast<std::size_t>(frame_idx)];
+      for (std::size_t i = 0; i < track_of.size(); ++i) {
+        if (track_of[i] == kNone) continue;
+        const std::size_t set = sets_.Find(track_of[i]);
+        if (std::exchange(last_frame[set], frame_idx) == frame_idx) continue;
+        visit(set, Sighting{frame_idx, static_cast<int>(i)});
+      }
+    }
+  }
+
   UnionFind sets_;
   std::vector<std::vector<std::uint32_t>> track_of_;  // by frame and feature
 };
 
+// Keyframes, and frames that accepted loops join.
+std::vector<bool> NeededFrames(const AdjustInput& input,
+                               const std::vector<FramePair>& loops,
+                               const std::set<int>& keyframes) {
+  std::vector<bool> is_needed(input.frames.size(), false);
+  for (const int frame_idx : keyframes) is_needed[static_cast<std::size_t>(frame_idx)] = true;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (!input.graph.is_loop_accepted[i]) continue;
+    is_needed[static_cast<std::size_t>(loops[i].frame_a)] = true;
+    is_needed[static_cast<std::size_t>(loops[i].frame_b)] = true;
+  }
+  return is_needed;
+}
+
 }  // namespace
 
-std::vector<Track> MergeTracks(const AdjustInput& input, const std::set<int>& keyframes) {
+TrackList MergeTracks(const AdjustInput& input,
+                      const std::vector<FramePair>& loops,
+                      const std::set<int>& keyframes) {
+  const std::vector<bool> is_needed = NeededFrames(input, loops, keyframes);
   TrackMerger merger(input.frames.size());
+  std::vector<OdometryFrame> frames_before;  // tracks of a shard have frames of the one before it
+  const auto drop_needless = [&] {
+    for (const OdometryFrame& frame : frames_before) {
+      if (!is_needed[static_cast<std::size_t>(frame.frame_idx)]) merger.Drop(frame.frame_idx);
+    }
+  };
   for (std::size_t i = 0; i < input.num_shards; ++i) {
-    const OdometryShard shard = input.odometry(i);
+    OdometryShard shard = input.odometry(i);
     CheckTracks(i, shard, input.features);
     merger.Add(shard);
+    drop_needless();
+    frames_before = std::move(shard.frames);
   }
-  for (std::size_t i = 0; i < input.loops.size(); ++i) {
-    if (input.graph.is_loop_accepted[i]) merger.Join(input.loops[i]);
+  drop_needless();
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (input.graph.is_loop_accepted[i]) merger.Join(loops[i]);
   }
   return merger.KeyframeTracks(keyframes);
 }
 
-std::vector<Track> WithoutFrames(std::vector<Track> tracks, const std::set<int>& dropped) {
-  for (Track& track : tracks) {
+TrackList WithoutFrames(const TrackList& tracks, const std::set<int>& dropped) {
+  TrackList kept;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    Track track(tracks[i].begin(), tracks[i].end());
     std::erase_if(track, [&](const Sighting& s) { return dropped.contains(s.frame_idx); });
+    if (track.size() >= 2) kept.Add(track);
   }
-  std::erase_if(tracks, [](const Track& track) { return track.size() < 2; });
-  return tracks;
+  return kept;
 }
 
 }  // namespace nightmap

@@ -50,24 +50,24 @@ class TrackCollector {
         const auto observer = static_cast<std::size_t>(in_site.frame_idx);
         track.push_back({observers_[observer].frame->frame_idx, in_site.feature_idx});
       }
-      if (track.size() >= 2) tracks_.push_back(std::move(track));
+      if (track.size() >= 2) tracks_.Add(track);
     }
   }
 
-  std::vector<Track> Tracks() && { return std::move(tracks_); }
+  TrackList Tracks() && { return std::move(tracks_); }
 
  private:
   const std::vector<PosedFrame>& observers_;
   TakenFeatures taken_;
-  std::vector<Track> tracks_;
+  TrackList tracks_;
 };
 
 }  // namespace
 
-std::vector<Track> TracksByProjection(const AdjustInput& input,
-                                      const std::map<int, Rigid3>& graph_from_frame,
-                                      const LandmarkTrackerOptions& options,
-                                      int num_threads) {
+TrackList TracksByProjection(const AdjustInput& input,
+                             const std::map<int, Rigid3>& graph_from_frame,
+                             const LandmarkTrackerOptions& options,
+                             int num_threads) {
   const std::vector<PosedFrame> observers = DescribedFrames(input, graph_from_frame);
   if (observers.empty()) return {};
   const RegionOptions of_regions = RegionsOf(options, input.max_region_observers);

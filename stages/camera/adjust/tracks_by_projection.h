@@ -3,11 +3,10 @@
 #pragma once
 
 #include <map>
-#include <vector>
 
 #include "pipeline/camera/landmark_tracker.h"
 #include "stages/camera/adjust/adjust.h"
-#include "stages/camera/adjust/merged_tracks.h"
+#include "stages/camera/adjust/track_list.h"
 
 namespace nightmap {
 
@@ -17,9 +16,9 @@ namespace nightmap {
 // again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
 // only once. Regions of the site are searched one by one (pipeline/camera/region_tracks.h). The
 // same at any number of threads.
-std::vector<Track> TracksByProjection(const AdjustInput& input,
-                                      const std::map<int, Rigid3>& graph_from_frame,
-                                      const LandmarkTrackerOptions& options,
-                                      int num_threads);
+TrackList TracksByProjection(const AdjustInput& input,
+                             const std::map<int, Rigid3>& graph_from_frame,
+                             const LandmarkTrackerOptions& options,
+                             int num_threads);
 
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 
 namespace nightmap {
 
-void VisitByFrame(const std::vector<Track>& tracks,
+void VisitByFrame(const TrackList& tracks,
                   const SiteFeatures& features,
                   const VisitFeature& visit) {
   using Place = std::pair<std::uint32_t, std::uint32_t>;  // track, and sighting of it
@@ -16,8 +16,8 @@ void VisitByFrame(const std::vector<Track>& tracks,
     return static_cast<std::size_t>(s.frame_idx - first);
   };
   std::vector<std::size_t> begins(features.Heads().frames.size() + 1, 0);
-  for (const Track& track : tracks) {
-    for (const Sighting& s : track) ++begins[frame_of(s) + 1];
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    for (const Sighting& s : tracks[i]) ++begins[frame_of(s) + 1];
   }
   std::partial_sum(begins.begin(), begins.end(), begins.begin());
   std::vector<Place> places(begins.back());

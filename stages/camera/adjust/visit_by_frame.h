@@ -3,9 +3,9 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "pipeline/io/site_features.h"
+#include "stages/camera/adjust/track_list.h"
 
 namespace nightmap {
 
@@ -13,8 +13,6 @@ using VisitFeature =
     std::function<void(std::size_t track, std::size_t sighting, const FeatureView& feature)>;
 
 // Calls `visit` for each sighting of each track, in the order of frames, then of tracks.
-void VisitByFrame(const std::vector<Track>& tracks,
-                  const SiteFeatures& features,
-                  const VisitFeature& visit);
+void VisitByFrame(const TrackList& tracks, const SiteFeatures& features, const VisitFeature& visit);
 
 }  // namespace nightmap

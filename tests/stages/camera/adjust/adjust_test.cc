@@ -12,11 +12,13 @@ namespace nightmap::adjust_test {
 struct Whole : AdjustInput {
   FeaturesShard all_features;
   std::vector<OdometryShard> all_odometry;
+  std::vector<FramePair> all_loops;
 
   AdjustInput Input() const {
     AdjustInput input = *this;
     input.features = SiteFeatures(all_features);
     input.num_shards = all_odometry.size();
+    input.loops = [this] { return all_loops; };
     input.odometry = [this](std::size_t shard) { return all_odometry.at(shard); };
     return input;
   }
@@ -27,7 +29,7 @@ Whole After(const PoseGraphInput& closed) {
   Whole input;
   input.frames = closed.frames;
   input.all_odometry = closed.odometry;
-  input.loops.assign(closed.loops.begin(), closed.loops.end());
+  input.all_loops.assign(closed.loops.begin(), closed.loops.end());
   input.cameras = {RgbdCamera{}};
   input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
   for (const FrameRecord& frame : closed.frames) {
@@ -157,8 +159,9 @@ TEST(Adjust, RefusesArtifactsOfOtherRuns) {
          "not of the listed frames");
   expect([](Whole& input) { input.frames.pop_back(); },
          "48 frames are in the graph, the lists have 47, 48 of them with features");
-  expect([](Whole& input) { input.loops.pop_back(); }, "the graph judges 4 loops, the list has 3");
-  expect([](Whole& input) { input.loops[0].frame_b = kNumFrames; },
+  expect([](Whole& input) { input.all_loops.pop_back(); },
+         "the graph judges 4 loops, the list has 3");
+  expect([](Whole& input) { input.all_loops[0].frame_b = kNumFrames; },
          "is not between frames of this site");
   // No frame of the circle has a feature.
   expect(
@@ -171,7 +174,7 @@ TEST(Adjust, RefusesArtifactsOfOtherRuns) {
         input.all_odometry[1].tracks = {{{kNumFrames, 0}}};
       },
       "feature 0 of frame 48, which the 48 frames do not have");
-  expect([](Whole& input) { input.loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
+  expect([](Whole& input) { input.all_loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
 }
 
 }  // namespace nightmap::adjust_test

@@ -27,6 +27,16 @@ struct Retracked {
   }
 };
 
+std::vector<Track> Retrack(const Retracked& r,
+                           const LandmarkTrackerOptions& options,
+                           int num_threads) {
+  const TrackList found = TracksByProjection(r.input, r.poses, options, num_threads);
+  std::vector<Track> tracks;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    tracks.emplace_back(found[i].begin(), found[i].end());
+  return tracks;
+}
+
 // Every point seen twice or more is one track with all its sightings, and none joins two points.
 TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
   const Retracked r;
@@ -37,7 +47,7 @@ TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
   const auto num_shared =
       std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
   std::set<int> found;
-  for (const Track& track : TracksByProjection(r.input, r.poses, {.max_error_px = 3.0}, 2)) {
+  for (const Track& track : Retrack(r, {.max_error_px = 3.0}, 2)) {
     std::set<int> points;
     for (const auto& [frame, feature] : track) {
       points.insert(
@@ -60,10 +70,10 @@ TEST(TracksByProjection, ACutSiteHasNearlyTheSameTracks) {
     r.poses[static_cast<int>(i)] = r.scene.poses[i % r.scene.poses.size()].pose;
   }
   const LandmarkTrackerOptions options{.max_error_px = 3.0, .voxel_size_m = 0.05};
-  const auto whole = TracksByProjection(r.input, r.poses, options, 1);
+  const auto whole = Retrack(r, options, 1);
   r.input.max_region_observers = 5;
-  const auto cut = TracksByProjection(r.input, r.poses, options, 1);
-  EXPECT_EQ(cut, TracksByProjection(r.input, r.poses, options, 4));
+  const auto cut = Retrack(r, options, 1);
+  EXPECT_EQ(cut, Retrack(r, options, 4));
   EXPECT_NE(cut, whole);  // in the order of the regions
   const std::set<Track> of_whole(whole.begin(), whole.end());
   const auto num_same =
@@ -87,7 +97,7 @@ TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   r.input.features = SiteFeatures(r.scene.features);
   const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
     std::ptrdiff_t count = 0;
-    for (const Track& track : TracksByProjection(r.input, r.poses, options, 2)) {
+    for (const Track& track : Retrack(r, options, 2)) {
       count += std::ranges::count(track, 3, &Sighting::frame_idx);
     }
     return count;
@@ -100,7 +110,7 @@ TEST(TracksByProjection, AFrameThatWasOnlyTrackedHasNoSighting) {
   Retracked r;
   TrackFrom(2, 3, &r.scene);
   r.input.features = SiteFeatures(r.scene.features);
-  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0}, 2);
+  const auto tracks = Retrack(r, {.max_error_px = 3.0}, 2);
   EXPECT_GT(tracks.size(), 100U);
   for (const Track& track : tracks) {
     for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
