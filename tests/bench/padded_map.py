@@ -22,6 +22,7 @@ from nightmap_site.script_errors import DataError
 NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations
 APART_M = 1000.0  # gap between a map and the next copy
+REGION_LANDMARKS = 250_000  # of a region of several maps, about
 PIECE = 1 << 19  # descriptors whose words are computed at a time
 FARTHEST_M = np.finfo(np.float64).max  # where a region has no bound
 
@@ -171,9 +172,11 @@ def _put(file, name, values, dtype):
 
 
 def _put_regions(file, sparse, paths):
-    """A region of each map that was joined: they lie APART_M from each other in x, one after the other."""
+    """Regions of whole maps that were joined: these lie APART_M from each other in x, one after the other."""
     at = np.rint(sparse.positions_m[:, 0] / APART_M).astype(np.int64)
-    firsts = np.r_[0, np.flatnonzero(np.diff(at)) + 1, len(sparse)]
+    starts = np.r_[0, np.flatnonzero(np.diff(at)) + 1]
+    _, kept = np.unique(starts // REGION_LANDMARKS, return_index=True)
+    firsts = np.r_[starts[kept], len(sparse)]
     bounds_m = np.r_[-FARTHEST_M, APART_M * (at[firsts[1:-1]] - 0.5), FARTHEST_M]
     whole = np.full(len(firsts) - 1, FARTHEST_M)
     _put(file, "regions/min_m", np.column_stack([bounds_m[:-1], -whole]), np.float64)
@@ -199,7 +202,7 @@ def _put_regions(file, sparse, paths):
 
 
 def write_map(template, vocabulary, sparse, num_base_keyframes, path):
-    """Writes landmarks.h5 like `template` with the landmarks of `sparse`: a region of the base, and one of each copy.
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse`: regions of the base and its copies.
     Keyframes beyond the base's become new frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
     paths = word_paths(vocabulary["tree"], sparse.descriptors)
     num_added = len(sparse.poses) - num_base_keyframes

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_localize.py: maps padded to a size are as real ones would be, and what is timed."""
 
+from unittest.mock import patch
+
 import h5py
 import numpy as np
 
@@ -158,6 +160,7 @@ class PaddedMapTest(FolderTest):
         self.assertEqual(paths.tolist(), expected)
         self.assertGreater(len(set(paths[:, 1])), 2)
 
+    @patch.object(padded_map, "REGION_LANDMARKS", 70)
     def test_files_hold_the_added_keyframes_as_frames_of_their_own(self):
         out = self.site / "padded"
         out.mkdir()
@@ -171,7 +174,7 @@ class PaddedMapTest(FolderTest):
         with h5py.File(out / "landmarks.h5") as landmarks:
             num_regions = len(landmarks["regions/min_m"])
             x_m = [landmarks[f"region_{i}/landmarks/position_in_map_m"][:, 0] for i in range(num_regions)]
-            self.assertGreater(len(x_m), 1)  # the base, and each copy
+            self.assertEqual([len(of_region) for of_region in x_m], [120, 30])  # the base with a copy, and another
             for of_region, least_m, most_m in zip(x_m, landmarks["regions/min_m"][:, 0], landmarks["regions/max_m"][:, 0]):
                 self.assertTrue(((least_m <= of_region) & (of_region < most_m)).all())
         again = padded_map.read_map(out / "landmarks.h5")
