@@ -47,10 +47,10 @@ struct Search {
   }
 };
 
-Search Begin(const FrameRecord& query, DescribedPicture picture, const MapParts& parts) {
-  Search search{std::move(picture), {}, {}, {}, {}};
+void ChooseParts(const FrameRecord& query, const MapParts& parts, Search* begun) {
+  Search& search = *begun;
   const FrameFeatures& features = search.picture.features;
-  if (!search.picture.problem.empty() || features.NumFeatures() == 0) return search;
+  if (!search.picture.problem.empty() || features.NumFeatures() == 0) return;
   search.problem = FrameFailure(query.color.path, [&] {
     const auto alike = parts.MostAlike(features);
     const double best_score = alike.empty() ? 0 : alike[0].score;
@@ -69,7 +69,6 @@ Search Begin(const FrameRecord& query, DescribedPicture picture, const MapParts&
     }
     search.found.resize(search.tasks.size());
   });
-  return search;
 }
 
 // One pass over the parts in which pictures have tasks.
@@ -197,10 +196,13 @@ std::vector<LocatedPicture> LocateInParts(
   std::vector<Search> searches(queries.size());
   begin_part("extract");
   ParallelFor(queries.size(), num_threads, [&](std::size_t i) {
-    searches[i] = Begin(queries[i], describe(queries[i]), parts);
+    searches[i].picture = describe(queries[i]);
     progress.Advance();
   });
   begin_part("locate");
+  ParallelFor(queries.size(), num_threads, [&](std::size_t i) {
+    ChooseParts(queries[i], parts, &searches[i]);
+  });
   for (const Pass& pass : Passes(options)) {
     Run(options, pass, queries, num_threads, parts, &searches);
   }
