@@ -95,6 +95,7 @@ std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& wo
                               : std::min(num_frames_, static_cast<std::size_t>(before_frame_idx));
   std::vector<double> scores(end, 0.0);
   double squared_norm = 0;
+  Postings postings;
   const auto add = [&](std::span<const std::int32_t> frames, const float* weights, double weight) {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const auto frame = static_cast<std::size_t>(frames[i]);
@@ -108,7 +109,7 @@ std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& wo
     const double weight = num_occurrences * static_cast<double>(idf_[w]);
     squared_norm += weight * weight;
     if (read_) {
-      const Postings postings = read_(begins_[w], begins_[w + 1]);
+      read_(begins_[w], begins_[w + 1], &postings);
       add(postings.frames, postings.weights.data(), weight);
     } else {
       add(std::span(postings_.frames).subspan(begins_[w], NumPostings(w)),

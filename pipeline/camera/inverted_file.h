@@ -22,8 +22,9 @@ class InvertedFile {
     std::vector<std::int32_t> frames;
     std::vector<float> weights;
   };
-  // Postings [begin, end) of all. Threads call it at the same time.
-  using ReadPostings = std::function<Postings(std::size_t begin, std::size_t end)>;
+  // Replaces `postings`, whose memory it uses again, by postings [begin, end) of all. Threads call
+  // it at the same time.
+  using ReadPostings = std::function<void(std::size_t begin, std::size_t end, Postings* postings)>;
 
   InvertedFile() = default;
   // words[i]: leaf words of frame i's features. They need not outlive it.

@@ -24,9 +24,10 @@ class Hdf5ListInFile {
                  std::size_t size);
 
   std::size_t Size() const { return size_; }
-  // Elements [begin, end). Throws ArtifactError naming file and field when the list has no such
-  // elements, when they cannot be read, and on NaN or infinity.
-  std::vector<T> Read(std::size_t begin, std::size_t end) const;
+  // Replaces `values`, whose memory it uses again, by elements [begin, end). Throws ArtifactError
+  // naming file and field when the list has no such elements, when they cannot be read, and on NaN
+  // or infinity.
+  void Read(std::size_t begin, std::size_t end, std::vector<T>* values) const;
   // Throws ArtifactError naming file and field, for checks of a format.
   [[noreturn]] void Fail(std::string_view why) const;
 

@@ -17,7 +17,9 @@ namespace {
 template <typename T>
 bool AllFinite(const std::vector<T>& values) {
   if constexpr (!std::is_floating_point_v<T>) return true;
-  return std::ranges::all_of(values, [](T value) { return std::isfinite(value); });
+  bool are_finite = true;
+  for (const T value : values) are_finite &= std::isfinite(value);
+  return are_finite;
 }
 
 // Whether the array is contiguous, uncompressed, and wholly inside this file, as Hdf5Writer writes
@@ -134,17 +136,16 @@ Hdf5ListInFile<T>::Hdf5ListInFile(
       size_(size) {}
 
 template <typename T>
-std::vector<T> Hdf5ListInFile<T>::Read(std::size_t begin, std::size_t end) const {
+void Hdf5ListInFile<T>::Read(std::size_t begin, std::size_t end, std::vector<T>* values) const {
   if (begin > end || end > size_) Fail(fmt::format("has no elements {} to {}", begin, end));
-  std::vector<T> values(end - begin);
+  values->resize(end - begin);
   if (!ReadAt(*file_,
               offset_ + begin * sizeof(T),
-              reinterpret_cast<char*>(values.data()),
-              values.size() * sizeof(T))) {
+              reinterpret_cast<char*>(values->data()),
+              values->size() * sizeof(T))) {
     Fail("cannot be read (truncated file?)");
   }
-  if (!AllFinite(values)) Fail("holds NaN or infinity");
-  return values;
+  if (!AllFinite(*values)) Fail("holds NaN or infinity");
 }
 
 template <typename T>

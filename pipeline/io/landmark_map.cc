@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/landmark_map.h"
 
+#include <iterator>
+#include <utility>
+
 namespace nightmap {
 namespace {
 
 template <typename T>
-void Append(const std::vector<T>& more, std::vector<T>* all) {
-  all->insert(all->end(), more.begin(), more.end());
+void Append(std::vector<T> more, std::vector<T>* all) {
+  if (all->empty()) {
+    all->swap(more);
+  } else {
+    all->insert(all->end(), std::move_iterator(more.begin()), std::move_iterator(more.end()));
+  }
 }
 
 }  // namespace
@@ -29,17 +36,16 @@ std::vector<int> LandmarkMap::DescriptorOffsets() const {
   return offsets;
 }
 
-void AppendLandmarks(const LandmarkMap& region, LandmarkMap* map) {
+void AppendLandmarks(LandmarkMap region, LandmarkMap* map) {
   const int first = map->NumLandmarks();
-  Append(region.positions_in_map, &map->positions_in_map);
-  Append(region.position_sigmas_m, &map->position_sigmas_m);
-  Append(region.descriptors, &map->descriptors);
-  for (const int landmark : region.descriptor_landmarks) {
-    map->descriptor_landmarks.push_back(first + landmark);
-  }
-  Append(region.words, &map->words);
-  Append(region.landmark_keyframes, &map->landmark_keyframes);
-  Append(region.landmark_features, &map->landmark_features);
+  for (int& landmark : region.descriptor_landmarks) landmark += first;
+  Append(std::move(region.positions_in_map), &map->positions_in_map);
+  Append(std::move(region.position_sigmas_m), &map->position_sigmas_m);
+  Append(std::move(region.descriptors), &map->descriptors);
+  Append(std::move(region.descriptor_landmarks), &map->descriptor_landmarks);
+  Append(std::move(region.words), &map->words);
+  Append(std::move(region.landmark_keyframes), &map->landmark_keyframes);
+  Append(std::move(region.landmark_features), &map->landmark_features);
 }
 
 }  // namespace nightmap

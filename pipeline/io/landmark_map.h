@@ -59,6 +59,6 @@ struct LandmarkRegion {
 
 // Adds the landmarks of a region behind those of the map. Both have the same kind, levels and
 // keyframes.
-void AppendLandmarks(const LandmarkMap& region, LandmarkMap* map);
+void AppendLandmarks(LandmarkMap region, LandmarkMap* map);
 
 }  // namespace nightmap

@@ -55,9 +55,18 @@ std::string GroupOf(std::size_t region) { return fmt::format("region_{}/", regio
 
 // Keyframes that see any landmark, ascending.
 std::vector<int> SeeingKeyframes(const LandmarkMap& map) {
-  std::vector<int> seeing = Flattened(map.landmark_keyframes, std::identity());
-  std::ranges::sort(seeing);
-  seeing.erase(std::unique(seeing.begin(), seeing.end()), seeing.end());
+  std::vector<bool> sees;
+  for (const auto& list : map.landmark_keyframes) {
+    for (const int keyframe : list) {
+      const auto i = static_cast<std::size_t>(keyframe);
+      if (i >= sees.size()) sees.resize(i + 1);
+      sees[i] = true;
+    }
+  }
+  std::vector<int> seeing;
+  for (std::size_t i = 0; i < sees.size(); ++i) {
+    if (sees[i]) seeing.push_back(static_cast<int>(i));
+  }
   return seeing;
 }
 

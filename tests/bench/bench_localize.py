@@ -27,7 +27,7 @@ from nightmap_site.job_results import RECEIPT
 from nightmap_site.script_errors import run_main
 from stage_run import LOCALIZE_OUTPUTS, Programs, localize_inputs
 
-SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)
+SIZES = (20_000, 100_000, 600_000, 10_000_000)
 MOVED_M = 0.05
 
 

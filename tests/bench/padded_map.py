@@ -2,10 +2,10 @@
 """Builds landmark maps of any size from real ones, to measure how localization time grows with the map.
 
 A larger map is the real one with copies of real maps beside it, like further rooms of the same kind. The map
-of another building is copied unchanged first, then mirrored; the site's own map is mirrored in its first copy,
-or each place would have a twin. In all further copies, half of each descriptor's cells come from another
-landmark: the landmarks are new points, but their cells, and so their visual words, are distributed as in
-real maps.
+of another building is copied unchanged first. In all further copies, and in each of the site's own map, half of
+each descriptor's cells come from another landmark, and each landmark gets the look of a third: the landmarks are
+new points in new places, of which none is like the real one or its mirror image, but their cells, and so their
+visual words, are distributed as in real maps.
 """
 
 import shutil
@@ -22,6 +22,7 @@ from nightmap_site.script_errors import DataError
 NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations
 APART_M = 1000.0  # gap between a map and the next copy
+REGION_LANDMARKS = 250_000  # of a region of several maps, about
 PIECE = 1 << 19  # descriptors whose words are computed at a time
 FARTHEST_M = np.finfo(np.float64).max  # where a region has no bound
 
@@ -71,15 +72,14 @@ def thin(sparse, count, rng):
     )  # fmt: skip
 
 
-def mirrored(sparse):
-    """The map that a camera would see in a mirror at x = 0."""
-    cells = sparse.descriptors.reshape(-1, *CELLS)[:, ::-1, :, -np.arange(CELLS[2]) % CELLS[2]]
-    return replace(
-        sparse,
-        positions_m=sparse.positions_m * [-1, 1, 1],
-        poses=sparse.poses * [-1, 1, 1, 1, -1, -1, 1],
-        descriptors=cells.reshape(-1, 128),
-    )
+def shuffled(sparse, rng):
+    """Gives each landmark the descriptors of another one: then no camera sees what one of the map before saw."""
+    order = rng.permutation(len(sparse))
+    of = np.empty_like(order)
+    of[order] = np.roll(order, 1)  # never the landmark itself
+    idxs = of[sparse.landmark_idxs]
+    rows = np.argsort(idxs, kind="stable")
+    return replace(sparse, descriptors=sparse.descriptors[rows], landmark_idxs=idxs[rows])
 
 
 def mixed(sparse, rng):
@@ -127,13 +127,10 @@ def pad(base, own, donors, count, rng):
     while missing > 0:
         turn, number = divmod(len(parts) - 1, len(sources))
         source = sources[number]
-        variant = turn + 1 if source is own else turn
         share = min(1.0, base.seen_per_keyframe() / source.seen_per_keyframe())
         part = thin(source, max(1, min(missing, round(share * len(source)))), rng)
-        if variant % 2:
-            part = mirrored(part)
-        if variant > 1:
-            part = mixed(part, rng)
+        if turn > 0 or source is own:
+            part = shuffled(mixed(part, rng), rng)
         parts.append(moved(part, APART_M * len(parts)))
         missing -= len(part)
     return joined(parts)
@@ -175,9 +172,11 @@ def _put(file, name, values, dtype):
 
 
 def _put_regions(file, sparse, paths):
-    """A region of each map that was joined: they lie APART_M from each other in x, one after the other."""
+    """Regions of whole maps that were joined: these lie APART_M from each other in x, one after the other."""
     at = np.rint(sparse.positions_m[:, 0] / APART_M).astype(np.int64)
-    firsts = np.r_[0, np.flatnonzero(np.diff(at)) + 1, len(sparse)]
+    starts = np.r_[0, np.flatnonzero(np.diff(at)) + 1]
+    _, kept = np.unique(starts // REGION_LANDMARKS, return_index=True)
+    firsts = np.r_[starts[kept], len(sparse)]
     bounds_m = np.r_[-FARTHEST_M, APART_M * (at[firsts[1:-1]] - 0.5), FARTHEST_M]
     whole = np.full(len(firsts) - 1, FARTHEST_M)
     _put(file, "regions/min_m", np.column_stack([bounds_m[:-1], -whole]), np.float64)
@@ -203,7 +202,7 @@ def _put_regions(file, sparse, paths):
 
 
 def write_map(template, vocabulary, sparse, num_base_keyframes, path):
-    """Writes landmarks.h5 like `template` with the landmarks of `sparse`: a region of the base, and one of each copy.
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse`: regions of the base and its copies.
     Keyframes beyond the base's become new frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
     paths = word_paths(vocabulary["tree"], sparse.descriptors)
     num_added = len(sparse.poses) - num_base_keyframes

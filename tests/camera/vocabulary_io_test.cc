@@ -80,9 +80,10 @@ TEST_F(VocabularyIoTest, NamesThePostingsThatAreSpoilt) {
   expect("postings/weight", [](RawFile& raw) { raw.weights.pop_back(); });
   expect("postings/weight' is not in (0, 1]", [](RawFile& raw) { raw.weights[2] = 2; });
   expect("postings/weight' is not in (0, 1]", [](RawFile& raw) { raw.weights[0] = 0; });
-  expect("postings/frame_idx' has frame 2", [](RawFile& raw) { raw.posting_frames[1] = 2; });
-  expect("postings/frame_idx' has frame -1", [](RawFile& raw) { raw.posting_frames[2] = -1; });
-  expect("postings/frame_idx' has frame 0", [](RawFile& raw) { raw.posting_frames[1] = 0; });
+  for (const auto& [i, frame] : {std::pair{1, 2}, {2, -1}, {1, 0}}) {
+    expect("postings/frame_idx' has frames out of order, or not in [0, 2)",
+           [&](RawFile& raw) { raw.posting_frames[static_cast<std::size_t>(i)] = frame; });
+  }
 }
 
 // A file of an older nightmap has no postings.

@@ -130,17 +130,25 @@ TEST_F(Hdf5FileTest, AListLeftInTheFileIsReadInParts) {
   NIGHTMAP_EXPECT_ERROR(ArtifactError, reader->LeaveInFile<float>("a/list"), "another element");
   NIGHTMAP_EXPECT_ERROR(ArtifactError, reader->LeaveInFile<float>("matrix"), "has 2 columns");
   reader.reset();  // the lists keep the file open
+  const auto read = [](const auto& from, std::size_t begin, std::size_t end, auto values) {
+    from.Read(begin, end, &values);
+    return values;
+  };
+  const std::vector<std::int32_t> ints(2);  // that the read ones replace
+  const std::vector<float> floats(2);
   EXPECT_EQ(list.Size(), 5U);
-  EXPECT_EQ(list.Read(1, 4), (std::vector<std::int32_t>{11, 12, 13}));
-  EXPECT_EQ(list.Read(0, 5).size(), 5U);
-  EXPECT_TRUE(list.Read(5, 5).empty());
-  EXPECT_TRUE(empty.Read(0, 0).empty());
-  EXPECT_EQ(nan.Read(2, 3), (std::vector<float>{3}));
-  NIGHTMAP_EXPECT_ERROR(ArtifactError, nan.Read(0, 3), "a.h5: field 'nan' holds NaN");
-  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(4, 6), "a.h5: field 'a/list' has no elements");
-  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(3, 2), "has no elements 3 to 2");
+  EXPECT_EQ(read(list, 1, 4, ints), (std::vector<std::int32_t>{11, 12, 13}));
+  EXPECT_EQ(read(list, 0, 5, ints).size(), 5U);
+  EXPECT_TRUE(read(list, 5, 5, ints).empty());
+  EXPECT_TRUE(read(empty, 0, 0, floats).empty());
+  EXPECT_EQ(read(nan, 2, 3, floats), (std::vector<float>{3}));
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, read(nan, 0, 3, floats), "a.h5: field 'nan' holds NaN");
+  NIGHTMAP_EXPECT_ERROR(
+      ArtifactError, read(list, 4, 6, ints), "a.h5: field 'a/list' has no elements");
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, read(list, 3, 2, ints), "has no elements 3 to 2");
   std::filesystem::resize_file(path_, 100);
-  NIGHTMAP_EXPECT_ERROR(ArtifactError, list.Read(0, 5), "a/list' cannot be read (truncated file?)");
+  NIGHTMAP_EXPECT_ERROR(
+      ArtifactError, read(list, 0, 5, ints), "a/list' cannot be read (truncated file?)");
 }
 
 }  // namespace nightmap::hdf5_file_test

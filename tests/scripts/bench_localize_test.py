@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_localize.py: maps padded to a size are as real ones would be, and what is timed."""
 
+from unittest.mock import patch
+
 import h5py
 import numpy as np
 
@@ -118,29 +120,28 @@ class PaddedMapTest(FolderTest):
         self.assertGreater(min(nearest), 0.4 * padded_map.NORM)
 
     def test_another_building_is_copied_as_it_is_first(self):
-        other = padded_map.moved(padded_map.mirrored(self.real), 0)
+        write_site(self.folder / "other", seed=5)
+        other = padded_map.read_map(self.folder / "other" / "landmarks" / "landmarks.h5")
         padded = padded_map.pad(self.real, self.real, [other], 2 * NUM_LANDMARKS, self.rng)
         added = padded.descriptors[len(self.real.descriptors) :]
         self.assertEqual(set(map(bytes, added)), set(map(bytes, other.descriptors)))
 
-    def test_a_mirrored_camera_sees_mirrored_pixels(self):
-        turn = np.array([0.1, 0.5, -0.2, 0.8])
-        poses = np.tile([0.3, 0.1, -4, *(turn / np.linalg.norm(turn))], (NUM_KEYFRAMES, 1))
-        real = padded_map.replace(self.real, poses=poses)
-        seen = []
-        for sparse in (real, padded_map.mirrored(real)):
-            x, y, z, w = sparse.poses[0, 3:]
-            angle = 2 * np.arccos(w)
-            rotation = fake_site.rotation_about([x, y, z], angle)
-            seen.append((sparse.positions_m - sparse.poses[0, :3]) @ rotation)
-        np.testing.assert_allclose(seen[1], seen[0] * [-1, 1, 1], atol=1e-12)
-        twice = padded_map.mirrored(padded_map.mirrored(real))
-        np.testing.assert_array_equal(twice.descriptors, real.descriptors)
-        # The gradient that pointed up points down.
-        only = np.zeros((1, 128), np.uint8)
-        only[0, (0 * 4 + 1) * 8 + 2] = 255
-        flipped = padded_map.mirrored(padded_map.replace(real, descriptors=only)).descriptors
-        self.assertEqual(np.flatnonzero(flipped[0]).tolist(), [(3 * 4 + 1) * 8 + 6])
+    def test_a_shuffled_landmark_looks_like_another_one(self):
+        shuffled = padded_map.shuffled(self.real, self.rng)
+        before, after = ([set(map(bytes, sparse.descriptors[sparse.landmark_idxs == i])) for i in range(NUM_LANDMARKS)]
+                         for sparse in (self.real, shuffled))  # fmt: skip
+        self.assertCountEqual(map(sorted, after), map(sorted, before))
+        self.assertFalse(any(map(set.intersection, before, after)))
+        np.testing.assert_array_equal(shuffled.landmark_idxs, np.sort(shuffled.landmark_idxs))
+        np.testing.assert_array_equal(shuffled.positions_m, self.real.positions_m)
+
+    def test_no_copy_shows_a_place_of_the_real_map(self):
+        padded = padded_map.pad(self.real, self.real, [], 3 * NUM_LANDMARKS, self.rng)
+        first = np.searchsorted(padded.landmark_idxs, np.arange(len(padded)))
+        looks = padded.descriptors[first].astype(float).reshape(3, NUM_LANDMARKS, 128)
+        apart = np.linalg.norm(looks[0] - np.roll(looks[0], 1, axis=0), axis=1).mean()
+        for copy in looks[1:]:  # at the same points, as alike as two landmarks of the map
+            self.assertGreater(np.linalg.norm(looks[0] - copy, axis=1).mean(), 0.9 * apart)
 
     def test_half_of_a_mixed_descriptor_is_anothers(self):
         mixed = padded_map.mixed(self.real, self.rng)
@@ -159,6 +160,7 @@ class PaddedMapTest(FolderTest):
         self.assertEqual(paths.tolist(), expected)
         self.assertGreater(len(set(paths[:, 1])), 2)
 
+    @patch.object(padded_map, "REGION_LANDMARKS", 70)
     def test_files_hold_the_added_keyframes_as_frames_of_their_own(self):
         out = self.site / "padded"
         out.mkdir()
@@ -172,7 +174,7 @@ class PaddedMapTest(FolderTest):
         with h5py.File(out / "landmarks.h5") as landmarks:
             num_regions = len(landmarks["regions/min_m"])
             x_m = [landmarks[f"region_{i}/landmarks/position_in_map_m"][:, 0] for i in range(num_regions)]
-            self.assertGreater(len(x_m), 1)  # the base, and each copy
+            self.assertEqual([len(of_region) for of_region in x_m], [120, 30])  # the base with a copy, and another
             for of_region, least_m, most_m in zip(x_m, landmarks["regions/min_m"][:, 0], landmarks["regions/max_m"][:, 0]):
                 self.assertTrue(((least_m <= of_region) & (of_region < most_m)).all())
         again = padded_map.read_map(out / "landmarks.h5")

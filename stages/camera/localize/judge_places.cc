@@ -44,11 +44,6 @@ Votes Compare(const std::vector<LandmarkMatch>& first, const std::vector<Landmar
   return votes;
 }
 
-bool IsInMap(const LocalizeOptions& options, const Place& place) {
-  return place.NumInliers() >= options.min_inliers &&
-         place.InlierSignificance() >= options.min_inlier_significance;
-}
-
 // Keeps the one with more inliers; the first of equal ones.
 void KeepBetter(std::optional<Place> place, std::optional<Place>* best) {
   if (place && (!*best || place->NumInliers() > (*best)->NumInliers())) *best = std::move(place);
@@ -134,6 +129,11 @@ double Place::InlierSignificance() const {
   const double deviation = std::sqrt(num_matches * chance_ratio * (1 - chance_ratio));
   if (deviation == 0) return std::numeric_limits<double>::infinity();
   return (NumInliers() - chance_ratio * num_matches) / deviation;
+}
+
+bool IsInMap(const LocalizeOptions& options, const Place& place) {
+  return place.NumInliers() >= options.min_inliers &&
+         place.InlierSignificance() >= options.min_inlier_significance;
 }
 
 bool IsSameView(const LocalizeOptions& options, const Place& a, const Place& b) {

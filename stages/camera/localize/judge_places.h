@@ -34,6 +34,9 @@ struct FoundPlaces {
   int num_matches = 0;
 };
 
+// Whether inliers alone do not speak against a place.
+bool IsInMap(const LocalizeOptions& options, const Place& place);
+
 // Whether two poses are one place seen once.
 bool IsSameView(const LocalizeOptions& options, const Place& a, const Place& b);
 

@@ -123,8 +123,8 @@ struct LocalizeInput {
 // camera motion during a rolling shutter (the pose is that of the middle row).
 //
 // A map of more than limits.whole_landmarks is searched in parts (map_parts.h): a picture in those
-// whose keyframes have most of its words. The place with the most inliers wins, and a pose in
-// another part is a rival place.
+// whose keyframes have most of its words, and in parts much less alike only if it was not located.
+// The place with the most inliers wins, and a pose in another part is a rival place.
 //
 // Deterministic in the seed at any number of threads. Throws DataError without queries or
 // landmarks, or when map and vocabulary do not belong together.

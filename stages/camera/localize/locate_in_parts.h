@@ -25,10 +25,10 @@ LocatedPicture UnusedPicture(const FrameRecord& query,
                              bool is_described);
 
 // Describes the pictures, searches each in the few parts most like it, and its mirror image in the
-// one most like that, and judges what all these found together. Retrieval, as in the whole
-// map, is for pictures that no part located. Loads each part once for all pictures, and once more
-// for those. The result of a picture depends neither on the others nor on threads. Advances by two
-// per picture.
+// one most like that, and judges what all these found together. Parts much less alike than the best
+// are for pictures that the others did not locate; retrieval, as in the whole map, for those that
+// no part located. Loads each part once for all pictures, and once more for each of these. The
+// result of a picture depends neither on the others nor on threads. Advances by two per picture.
 std::vector<LocatedPicture> LocateInParts(
     const LocalizeOptions& options,
     std::span<const FrameRecord> queries,

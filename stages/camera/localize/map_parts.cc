@@ -76,7 +76,7 @@ LandmarkMap ReadRegions(const MapInRegions& map,
     if (max_word != of_region.words.end() && *max_word >= tree.NumNodes()) {
       throw InputError({{"landmarks"}, {"vocabulary"}}, "made with another vocabulary");
     }
-    AppendLandmarks(of_region, &read);
+    AppendLandmarks(std::move(of_region), &read);
   }
   return read;
 }
@@ -140,7 +140,7 @@ std::vector<std::size_t> MapParts::RegionsOf(std::size_t part) const {
   return regions;
 }
 
-std::vector<std::size_t> MapParts::MostAlike(const FrameFeatures& features) const {
+std::vector<AlikePart> MapParts::MostAlike(const FrameFeatures& features) const {
   struct Keyframe {
     const std::vector<std::size_t>& regions;
     double score;
@@ -152,7 +152,7 @@ std::vector<std::size_t> MapParts::MostAlike(const FrameFeatures& features) cons
     if (frame >= frame_keyframes_.size() || frame_keyframes_[frame] < 0) continue;
     alike.push_back({keyframe_regions_[static_cast<std::size_t>(frame_keyframes_[frame])], score});
   }
-  std::vector<std::size_t> parts;
+  std::vector<AlikePart> parts;
   while (parts.size() < static_cast<std::size_t>(limits_.parts_per_picture)) {
     std::vector<double> scores(map_.regions.size(), 0.0);
     std::vector<int> num_keyframes(map_.regions.size(), 0);
@@ -161,11 +161,11 @@ std::vector<std::size_t> MapParts::MostAlike(const FrameFeatures& features) cons
         if (num_keyframes[region]++ < kNumAlikeKeyframes) scores[region] += score;
       }
     }
-    for (const std::size_t part : parts) scores[part] = 0;
+    for (const AlikePart& found : parts) scores[found.part] = 0;
     const auto best = std::ranges::max_element(scores);
     if (best == scores.end() || *best == 0) break;
     const auto part = static_cast<std::size_t>(best - scores.begin());
-    parts.push_back(part);
+    parts.push_back({part, *best});
     const std::vector<std::size_t>& inside = part_regions_[part];
     std::vector<Keyframe> others;
     for (const Keyframe& keyframe : alike) {

@@ -24,6 +24,12 @@ LandmarkMap ReadRegions(const MapInRegions& map,
                         const std::vector<std::size_t>& regions,
                         const VocabularyTree& tree);
 
+// A part, and how alike its keyframes are to a picture: the sum of the best scores of retrieval.
+struct AlikePart {
+  std::size_t part = 0;
+  double score = 0;
+};
+
 // Each part is a region with its neighbours: those with landmarks that its keyframes see too, first
 // those that share the most keyframes with it, as long as the part has at most
 // limits.part_landmarks. So a picture at a border sees what is on both sides.
@@ -38,7 +44,7 @@ class MapParts {
   // The parts that are most like a picture, best first: the part of the region that the most
   // similar keyframes see, then that of the region which those see best that do not see the first
   // part alone, and so on. Parts do not depend on each other. Thread-safe.
-  std::vector<std::size_t> MostAlike(const FrameFeatures& features) const;
+  std::vector<AlikePart> MostAlike(const FrameFeatures& features) const;
 
   DescriptorKind Kind() const { return map_.head.kind; }
 

@@ -181,6 +181,32 @@ TEST_F(LocateInPartsTest, ReadsARegionOncePerPart) {
   for (const auto& [region, count] : num_reads_) EXPECT_EQ(count, 1) << region;
 }
 
+TEST_F(LocateInPartsTest, APartLittleAlikeIsReadOnlyForPicturesThatNoOtherLocates) {
+  // The copy's keyframes share an eighth of their words with the place's; the others are all one.
+  Random random(6);
+  const auto repeated = RandomRootSift(random);
+  auto& frames = scene_.features.frames;
+  for (std::size_t i = frames.size() / 2; i < frames.size(); ++i) {
+    for (int k = 0; k < frames[i].NumFeatures(); ++k) {
+      const auto begin = frames[i].descriptors.begin() + k * DescriptorSize(map_.kind);
+      if (k % 8 != 0) std::ranges::copy(repeated, begin);
+    }
+  }
+  vocabulary_ = IndexOf(MakeSceneVocabulary(scene_));
+  limits_.part_landmarks = 1;
+  for (const QueryResult& result : Locate({kFar_m / 2})) {
+    EXPECT_TRUE(result.IsLocated()) << result.reason;
+    EXPECT_EQ(result.num_rival_inliers, 0);
+  }
+  EXPECT_EQ(num_reads_, (std::map<std::size_t, int>{{0, 1}}));
+  options_.min_inliers = 1000;
+  for (const QueryResult& result : Locate({kFar_m / 2})) {
+    EXPECT_FALSE(result.IsLocated());
+    EXPECT_GT(result.num_rival_inliers, 0);  // of the copy
+  }
+  EXPECT_EQ(num_reads_, (std::map<std::size_t, int>{{0, 1}, {1, 1}}));
+}
+
 TEST_F(LocateInPartsTest, KeepsThePartsThatWereWantedLast) {
   const MapInRegions map = InRegions(map_, {0, kFar_m / 2});
   limits_.part_landmarks = 1;
@@ -208,7 +234,9 @@ TEST_F(LocateInPartsTest, ThePartsMostAlikeSeeThePlaces) {
   for (const FrameFeatures& features : features_) {
     const auto alike = parts.MostAlike(features);
     ASSERT_EQ(alike.size(), 2U);  // one part of the place, one of its copy
-    EXPECT_EQ(std::ranges::count(alike, 4U), 1);
+    EXPECT_EQ(std::ranges::count(alike, 4U, &AlikePart::part), 1);
+    EXPECT_GE(alike[0].score, alike[1].score);
+    EXPECT_GT(alike[1].score, 0);
   }
 }
 
