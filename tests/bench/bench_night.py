@@ -40,6 +40,18 @@ def reason_of(error):
     return " ".join(itertools.takewhile(lambda word: "/" not in word, words))
 
 
+def measured(jobs, run_one, folder):
+    """Runs jobs up to the first that fails: job -> its cost, job -> the reason of the failure. run_one: job -> StageResult."""
+    costs = {}
+    for job in jobs:
+        try:
+            result = run_one(job)
+        except DataError as error:
+            return costs, {job.name: reason_of(str(error))}
+        costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20, size_mb(folder / job.name))
+    return costs, {}
+
+
 class Site:
     """A composed site and what its programs cost."""
 
@@ -54,14 +66,10 @@ class Site:
         """Runs the programs up to the first that fails."""
         limit = ("prlimit", f"--as={round(self.arguments.memory * 2**30)}") if self.arguments.memory else ()
         programs = Programs(self.arguments.build, self.arguments.threads, limit)
-        for job in run.jobs_of_whole():
-            try:
-                result = run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
-            except DataError as error:
-                self.failure = {job.name: reason_of(str(error))}
-                return
-            self.costs[job.name] = (result.wall_time_s(), result.cpu_time_s(), result.peak_memory_bytes() / 2**20,
-                                   size_mb(self.folder / job.name))  # fmt: skip
+        def run_one(job):
+            return run.run(job, programs, self.folder, self.arguments.site_dir, self.arguments.data)
+
+        self.costs, self.failure = measured(run.jobs_of_whole(), run_one, self.folder)
 
     def errors(self):
         """A row of the second table."""
@@ -84,10 +92,15 @@ class Site:
         return [f"{figures['num_located']} of {figures['num_queries']}", f"{100 * figures['median_m']:.2f}", str(figures["num_wrong"])]
 
 
+def programs_of(sites):
+    """Names of the programs that ran, or failed, in order."""
+    return list(dict.fromkeys(name for _, costs, failure in sites for name in (*costs, *failure)))
+
+
 def cost_rows(sites):
     """A row per program and size. Ratios are to the first size."""
     rows = []
-    for program in (job.name for job in run.jobs_of_whole()):
+    for program in programs_of(sites):
         first = None
         for num_frames, costs, failure in sites:
             if program in failure:
@@ -108,7 +121,7 @@ def plot(path, sites):
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for program in (job.name for job in run.jobs_of_whole()):
+    for program in programs_of(sites):
         done = [(num_frames, costs[program]) for num_frames, costs, _ in sites if program in costs]
         if not done:
             continue

@@ -22,8 +22,16 @@ constexpr double kMinMotionSigma_m = 5e-4;
 constexpr double kMinMotionSigma_rad = 1e-3;
 constexpr double kMountingSigma_m = 0.03;
 constexpr double kSightingLoss = 1.5;  // in standard deviations, as the next
+// A loop moves a long way: sightings that are so far off pull like others until it has moved.
+constexpr double kFirstSightingLoss = 100;
 constexpr double kWheelLoss = 3;
 constexpr double kLevelSigma_m = 0.01;  // of a ceiling that is level
+// Decrease of the cost, as a share of it, from which it is at its minimum: what is left then is of
+// corners whose place no picture tells.
+constexpr double kFirstTolerance = 1e-2, kTolerance = 1e-5;
+// Damping of a keyframe's own curvature over less than this holds the long waves of a long way,
+// which are all but flat, where they are.
+constexpr double kFirstTrust = 1e10;
 constexpr int kMaxIterations = 50;
 
 class SightingError {
@@ -159,7 +167,7 @@ class Builder {
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<SightingError, 2, 5, 5, 3>(
               new SightingError(given_, sighting.pixel, noise_.pixel_sigma_px)),
-          new ceres::CauchyLoss(kSightingLoss),
+          &sighting_loss_,
           unknowns_.keyframes[sighting.keyframe].data(),
           unknowns_.mounting.data(),
           unknowns_.points[sighting.point].data());
@@ -170,7 +178,7 @@ class Builder {
     for (const KeyframeMotion& motion : given_.motions) {
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<MotionError, 3, 5, 5, 2>(new MotionError(noise_, motion)),
-          new ceres::HuberLoss(kWheelLoss),
+          &wheel_loss_,
           unknowns_.keyframes[motion.start].data(),
           unknowns_.keyframes[motion.start + 1].data(),
           unknowns_.wheels.data());
@@ -207,13 +215,34 @@ class Builder {
     for (const std::size_t point : given_.level->points) {
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<LevelError, 1, 3, 1>(new LevelError),
-          new ceres::CauchyLoss(1),
+          &level_loss_,
           unknowns_.points[point].data(),
           &unknowns_.level_m);
     }
   }
 
+  // First with a loss that few sightings feel, then with the one that outliers do.
   ceres::Solver::Summary Solve(Progress& progress) {
+    progress.Start(2 * (kMaxIterations + 1));  // the first one of each is the start
+    sighting_loss_.Reset(new ceres::CauchyLoss(kFirstSightingLoss), ceres::TAKE_OWNERSHIP);
+    ceres::Solver::Summary first = Solve(kFirstTolerance, progress);
+    sighting_loss_.Reset(new ceres::CauchyLoss(kSightingLoss), ceres::TAKE_OWNERSHIP);
+    ceres::Solver::Summary summary = Solve(kTolerance, progress);
+    progress.Finish();
+    first.iterations.pop_back();  // its end is where the second one starts
+    summary.iterations.insert(
+        summary.iterations.begin(), first.iterations.begin(), first.iterations.end());
+    return summary;
+  }
+
+ private:
+  static ceres::Problem::Options ProblemOptions() {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+  ceres::Solver::Summary Solve(double tolerance, Progress& progress) {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -226,23 +255,24 @@ class Builder {
       }
     }
     options.max_num_iterations = kMaxIterations;
-    options.function_tolerance = 1e-7;
+    options.function_tolerance = tolerance;
+    options.initial_trust_region_radius = kFirstTrust;
     options.num_threads = 1;  // parallel sums would make the result depend on the schedule
     options.logging_type = ceres::SILENT;
     ShowIteration show(&progress);
     options.callbacks.push_back(&show);
     ceres::Solver::Summary summary;
-    progress.Start(kMaxIterations + 1);  // the first one is the start
     ceres::Solve(options, &problem_, &summary);
-    progress.Finish();
     return summary;
   }
 
- private:
   const CeilingNoise& noise_;
   const CeilingProblem& given_;
   CeilingUnknowns& unknowns_;
-  ceres::Problem problem_;
+  ceres::LossFunctionWrapper sighting_loss_{nullptr, ceres::TAKE_OWNERSHIP};
+  ceres::HuberLoss wheel_loss_{kWheelLoss};
+  ceres::CauchyLoss level_loss_{1};
+  ceres::Problem problem_{ProblemOptions()};
 };
 
 double MedianError_px(const CeilingProblem& problem, const CeilingUnknowns& unknowns) {

@@ -72,7 +72,8 @@ struct CeilingSolution {
 
 // Levenberg-Marquardt of Ceres over all unknowns at once, the points eliminated first (Triggs et
 // al., Bundle Adjustment, 1999). Sightings have a Cauchy loss, wheels a Huber loss: a corner that
-// jumped and wheels that slipped move nothing. Progress is by iterations. Throws DataError when
+// jumped and wheels that slipped move nothing. A first solution with a wide loss of the sightings
+// moves what a loop has to move. Progress is by iterations. Throws DataError when
 // Ceres fails. Deterministic; one thread.
 CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,

@@ -74,6 +74,22 @@ TEST(CeilingAdjust, IsMoreAccurateThanTheFilter) {
   }
 }
 
+// As after a loop that the filter closed late: all sightings are far off at first.
+TEST(CeilingAdjust, AWayThatIsBentComesOutTheSame) {
+  Case made = Filtered({});
+  const CeilingMap straight = Adjust(made.input).map;
+  std::vector<StampedPose>& poses = made.input.trajectory;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(poses.size());
+    poses[i].pose = Rigid2{0.15 * share, {0, 0}}.ToRigid3() * poses[i].pose;
+  }
+  const CeilingAdjustResult bent = Adjust(made.input);
+  std::vector<Rigid2> expected;
+  for (const CeilingFrame& frame : straight.frames) expected.push_back(frame.map_from_robot);
+  EXPECT_LT(Error_m(bent.map, expected), 3e-3);
+  EXPECT_EQ(bent.solution.termination, "CONVERGENCE");
+}
+
 TEST(CeilingAdjust, AKnownHeightTellsTheSize) {
   DriveOptions drive;
   drive.scale_error = 0.02;
