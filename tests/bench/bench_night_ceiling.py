@@ -23,7 +23,8 @@ from nightmap_site.script_errors import run_main
 from stage_run import Programs
 
 from night import run, score
-from night.ceiling import CeilingNight, Source
+from night.ceiling import CeilingNight
+from night.ceiling_source import Source
 from night.compose import link_data
 
 PROFILE, JOBS = "ceiling", ("odometry", "adjust", "mosaic")

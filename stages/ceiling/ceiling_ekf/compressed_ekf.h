@@ -102,7 +102,7 @@ class CompressedEkf {
   Gain Solve(const Measurement& measurement) const;
   // Moves the active states by root^T residual, and takes root^T root from their covariance.
   Innovation Correct(const Gain& gain);
-  // What is kept, to be changed: no other filter's.
+  // The kept part, to be changed: copied first if another filter shares it.
   KeptPart& Own();
   bool IsDeferred() const { return phi_.size() > 0; }
   // Begins to gather, where that pays.

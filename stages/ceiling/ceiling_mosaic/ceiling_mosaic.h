@@ -62,8 +62,4 @@ CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
                                Progress& progress,
                                int num_threads);
 
-// The mosaic's place: six lines of an ESRI world file, and YAML as of maps of floors.
-std::string MosaicToWorldFile(const CeilingMosaic& mosaic);
-std::string MosaicToYaml(const CeilingMosaic& mosaic, const std::string& image_name);
-
 }  // namespace nightmap

@@ -10,6 +10,7 @@
 #include "stages/ceiling/ceiling_mosaic/ceiling_heights.h"
 #include "stages/ceiling/ceiling_mosaic/choose_views.h"
 #include "stages/ceiling/ceiling_mosaic/counted_median.h"
+#include "stages/ceiling/ceiling_mosaic/mosaic_files.h"
 #include "tests/test_data.h"
 
 namespace nightmap::ceiling_mosaic_test {
