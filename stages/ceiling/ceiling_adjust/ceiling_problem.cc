@@ -1,177 +1,165 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/ceiling/ceiling_adjust/ceiling_problem.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <limits>
 #include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/median.h"
-#include "stages/ceiling/ceiling_adjust/ceiling_residuals.h"
+#include "stages/ceiling/ceiling_adjust/ceiling_errors.h"
+#include "stages/ceiling/ceiling_adjust/ceiling_system.h"
+#include "stages/ceiling/ceiling_adjust/keyframe_tree.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kMountingSigma_m = 0.03;
 constexpr double kSightingLoss = 1.5;  // in standard deviations, as the next
 // A loop moves a long way: sightings that are so far off pull like others until it has moved.
 constexpr double kFirstSightingLoss = 100;
-constexpr double kWheelLoss = 3;
 // Decrease of the cost, as a share of it, from which it is at its minimum: what is left then is of
 // corners whose place no picture tells.
 constexpr double kFirstTolerance = 1e-2, kTolerance = 1e-5;
-// Damping of a keyframe's own curvature over less than this holds the long waves of a long way,
+// Damping of a keyframe's own curvature by more than this holds the long waves of a long way,
 // which are all but flat, where they are.
-constexpr double kFirstTrust = 1e10;
-constexpr int kMaxIterations = 50;
+constexpr double kMinDamping = 1e-13;
+constexpr double kMaxDamping = 1e3;
+constexpr double kRounding = 1e-9;  // of the cost
+constexpr int kMaxSteps = 50;       // under one loss
 
-class ShowIteration : public ceres::IterationCallback {
+IndexGroups ByPoint(const CeilingProblem& problem, std::size_t num_points) {
+  std::vector<int> points;
+  points.reserve(problem.sightings.size());
+  for (const PointSighting& sighting : problem.sightings) {
+    points.push_back(SparseIndex(sighting.point));
+  }
+  return {points, num_points};
+}
+
+class Solver {
  public:
-  explicit ShowIteration(Progress* progress) : progress_(progress) {}
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    progress_->Advance();
-    return ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  Progress* progress_;
-};
-
-class Builder {
- public:
-  Builder(const CeilingNoise& noise, const CeilingProblem& given, CeilingUnknowns* unknowns)
-      : noise_(noise), given_(given), unknowns_(*unknowns) {}
-
-  void AddSightings() {
-    for (const PointSighting& sighting : given_.sightings) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SightingError, 2, 5, 5, 3>(
-              new SightingError(given_, sighting.pixel, noise_.pixel_sigma_px)),
-          &sighting_loss_,
-          unknowns_.keyframes[sighting.keyframe].data(),
-          unknowns_.mounting.data(),
-          unknowns_.points[sighting.point].data());
-    }
-  }
-
-  void AddMotions() {
-    for (const KeyframeMotion& motion : given_.motions) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<MotionError, 3, 5, 5, 2>(new MotionError(noise_, motion)),
-          &wheel_loss_,
-          unknowns_.keyframes[motion.start].data(),
-          unknowns_.keyframes[motion.start + 1].data(),
-          unknowns_.wheels.data());
-    }
-    problem_.AddResidualBlock(
-        ExpectedValues<2, 0, 2>::Cost(Eigen::Vector2d::Zero(),
-                                      {noise_.scale_sigma, noise_.heading_bias_sigma_rad_per_m}),
-        nullptr,
-        unknowns_.wheels.data());
-  }
-
-  void AddMounting() {
-    const Eigen::Vector2d vibration = Eigen::Vector2d::Constant(noise_.vibration_sigma_rad);
-    for (Vector5d& keyframe : unknowns_.keyframes) {
-      problem_.AddResidualBlock(ExpectedValues<5, 3, 2>::Cost(Eigen::Vector2d::Zero(), vibration),
-                                nullptr,
-                                keyframe.data());
-    }
-    Vector5d sigma = Vector5d::Constant(noise_.mounting_tilt_sigma_rad);
-    sigma.tail<2>().setConstant(kMountingSigma_m);
-    problem_.AddResidualBlock(
-        ExpectedValues<5, 0, 5>::Cost(Vector5d::Zero(), sigma), nullptr, unknowns_.mounting.data());
-    problem_.SetManifold(unknowns_.keyframes.front().data(),
-                         new ceres::SubsetManifold(5, {0, 1, 2}));
-  }
-
-  void AddLevel() {
-    if (!given_.level) return;
-    using Scalar = Eigen::Matrix<double, 1, 1>;
-    problem_.AddResidualBlock(ExpectedValues<1, 0, 1>::Cost(Scalar(given_.level->height_m),
-                                                            Scalar(given_.level->sigma_m)),
-                              nullptr,
-                              &unknowns_.level_m);
-    for (const std::size_t point : given_.level->points) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<LevelError, 1, 3, 1>(new LevelError),
-          &level_loss_,
-          unknowns_.points[point].data(),
-          &unknowns_.level_m);
-    }
-  }
+  Solver(const CeilingNoise& noise, const CeilingProblem& problem, CeilingUnknowns* unknowns)
+      : noise_(noise),
+        problem_(problem),
+        unknowns_(*unknowns),
+        of_point_(ByPoint(problem, unknowns->points.size())),
+        neighbours_(FindNeighbours(problem, of_point_, unknowns->keyframes.size())),
+        tree_(neighbours_, problem, of_point_, unknowns->points.size()),
+        system_(noise, problem, of_point_, neighbours_, unknowns->points.size()) {}
 
   // First with a loss that few sightings feel, then with the one that outliers do.
-  ceres::Solver::Summary Solve(Progress& progress) {
-    progress.Start(2 * (kMaxIterations + 1));  // the first one of each is the start
-    sighting_loss_.Reset(new ceres::CauchyLoss(kFirstSightingLoss), ceres::TAKE_OWNERSHIP);
-    ceres::Solver::Summary first = Solve(kFirstTolerance, progress);
-    sighting_loss_.Reset(new ceres::CauchyLoss(kSightingLoss), ceres::TAKE_OWNERSHIP);
-    ceres::Solver::Summary summary = Solve(kTolerance, progress);
+  CeilingSolution Solve(Progress& progress) {
+    progress.Start(2 * kMaxSteps);
+    CeilingSolution solution;
+    solution.initial_cost = Cost(unknowns_, CauchyLoss{kFirstSightingLoss});
+    if (!std::isfinite(solution.initial_cost)) Fail("a landmark is not above its camera");
+    Solve(CauchyLoss{kFirstSightingLoss}, kFirstTolerance, progress, &solution);
+    Solve(CauchyLoss{kSightingLoss}, kTolerance, progress, &solution);
+    solution.median_error_px = MedianError_px();
     progress.Finish();
-    first.iterations.pop_back();  // its end is where the second one starts
-    summary.iterations.insert(
-        summary.iterations.begin(), first.iterations.begin(), first.iterations.end());
-    return summary;
+    return solution;
   }
 
  private:
-  static ceres::Problem::Options ProblemOptions() {
-    ceres::Problem::Options options;
-    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    return options;
+  void Solve(const CauchyLoss& loss,
+             double tolerance,
+             Progress& progress,
+             CeilingSolution* solution) {
+    double cost = Cost(unknowns_, loss);
+    solution->has_converged = false;
+    for (int i = 0; i < kMaxSteps && !solution->has_converged; ++i) {
+      const double gain = TakeStep(loss, cost);
+      solution->has_converged = gain <= tolerance * cost;
+      cost -= gain;
+      ++solution->num_iterations;
+      progress.Advance();
+    }
+    solution->final_cost = cost;
   }
 
-  ceres::Solver::Summary Solve(double tolerance, Progress& progress) {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_SCHUR;
-    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    std::vector<double*> blocks;
-    problem_.GetParameterBlocks(&blocks);
-    for (double* block : blocks) options.linear_solver_ordering->AddElementToGroup(block, 1);
-    for (auto& point : unknowns_.points) {
-      if (problem_.HasParameterBlock(point.data())) {
-        options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
+  // Takes the longest step that lowers the cost; returns by how much. 0: none is expected to lower
+  // it by more than rounding does.
+  double TakeStep(const CauchyLoss& loss, double cost) {
+    for (; damping_ < kMaxDamping; damping_ *= 100) {
+      const auto step = system_.Step(unknowns_, loss, damping_);
+      if (!step) continue;
+      CeilingUnknowns moved = tree_.Moved(unknowns_, *step);
+      const double gain = cost - Cost(moved, loss);
+      if (getenv("DBG"))
+        fprintf(stderr,
+                "cost %.3f gain %.3f expected %.3f damping %g\n",
+                cost,
+                gain,
+                step->expected_gain,
+                damping_);
+      if (gain > 0) {
+        unknowns_ = std::move(moved);
+        damping_ = std::max(kMinDamping, damping_ / 100);
+        return gain;
       }
+      if (step->expected_gain <= kRounding * cost) return 0;
     }
-    options.max_num_iterations = kMaxIterations;
-    options.function_tolerance = tolerance;
-    options.initial_trust_region_radius = kFirstTrust;
-    options.num_threads = 1;  // parallel sums would make the result depend on the schedule
-    options.logging_type = ceres::SILENT;
-    ShowIteration show(&progress);
-    options.callbacks.push_back(&show);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
-    return summary;
+    Fail("no step lowers its cost");
+  }
+
+  // Infinite where a point is not in front of a camera that saw it.
+  double Cost(const CeilingUnknowns& unknowns, const CauchyLoss& loss) const {
+    const std::vector<KeyframeView> views = ViewsOf(problem_, unknowns);
+    const double per_sigma = 1 / noise_.pixel_sigma_px;
+    double cost = ExpectedCommon(noise_, problem_, unknowns).Cost();
+    for (const PointSighting& sighting : problem_.sightings) {
+      const auto error_px =
+          views[sighting.keyframe].Error_px(unknowns.points[sighting.point], sighting.pixel);
+      if (!error_px) return std::numeric_limits<double>::infinity();
+      cost += loss.Cost((*error_px * per_sigma).squaredNorm());
+    }
+    for (const KeyframeMotion& motion : problem_.motions) {
+      const LinearMotion linear = LinearizeMotion(noise_,
+                                                  motion,
+                                                  unknowns.keyframes[motion.start].head<3>(),
+                                                  unknowns.keyframes[motion.start + 1].head<3>(),
+                                                  unknowns.wheels);
+      cost += kWheelLoss.Cost(linear.residual.squaredNorm());
+    }
+    for (const Vector5d& keyframe : unknowns.keyframes) {
+      cost += ExpectedTilt(noise_, keyframe).Cost();
+    }
+    if (!problem_.level) return cost;
+    for (const std::size_t point : problem_.level->points) {
+      const double error = (unknowns.points[point].z() - unknowns.level_m) / kLevelSigma_m;
+      cost += kLevelLoss.Cost(error * error);
+    }
+    return cost;
+  }
+
+  double MedianError_px() const {
+    const std::vector<KeyframeView> views = ViewsOf(problem_, unknowns_);
+    std::vector<double> errors_px;
+    for (const PointSighting& sighting : problem_.sightings) {
+      const auto error_px =
+          views[sighting.keyframe].Error_px(unknowns_.points[sighting.point], sighting.pixel);
+      if (error_px) errors_px.push_back(error_px->norm());
+    }
+    return Median(std::move(errors_px));
+  }
+
+  [[noreturn]] void Fail(const char* reason) const {
+    throw DataError("the ceiling of {} keyframes and {} landmarks was not adjusted: {}",
+                    unknowns_.keyframes.size(),
+                    unknowns_.points.size(),
+                    reason);
   }
 
   const CeilingNoise& noise_;
-  const CeilingProblem& given_;
+  const CeilingProblem& problem_;
   CeilingUnknowns& unknowns_;
-  ceres::LossFunctionWrapper sighting_loss_{nullptr, ceres::TAKE_OWNERSHIP};
-  ceres::HuberLoss wheel_loss_{kWheelLoss};
-  ceres::CauchyLoss level_loss_{1};
-  ceres::Problem problem_{ProblemOptions()};
+  IndexGroups of_point_;
+  std::vector<std::vector<int>> neighbours_;  // by keyframe
+  KeyframeTree tree_;
+  CeilingSystem system_;
+  double damping_ = kMinDamping;  // of the next step
 };
-
-double MedianError_px(const CeilingProblem& problem, const CeilingUnknowns& unknowns) {
-  std::vector<double> errors_px;
-  for (const PointSighting& sighting : problem.sightings) {
-    Eigen::Vector2d error;
-    const bool is_seen =
-        SightingError(problem, sighting.pixel, 1)(unknowns.keyframes[sighting.keyframe].data(),
-                                                  unknowns.mounting.data(),
-                                                  unknowns.points[sighting.point].data(),
-                                                  error.data());
-    if (is_seen) errors_px.push_back(error.norm());
-  }
-  return Median(std::move(errors_px));
-}
 
 }  // namespace
 
@@ -179,23 +167,7 @@ CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,
                              Progress& progress,
                              CeilingUnknowns* unknowns) {
-  Builder builder(noise, problem, unknowns);
-  builder.AddSightings();
-  builder.AddMotions();
-  builder.AddMounting();
-  builder.AddLevel();
-  const ceres::Solver::Summary summary = builder.Solve(progress);
-  if (!summary.IsSolutionUsable()) {
-    throw DataError("the ceiling of {} keyframes and {} landmarks was not adjusted: {}",
-                    unknowns->keyframes.size(),
-                    unknowns->points.size(),
-                    summary.message);
-  }
-  return {static_cast<int>(summary.iterations.size()) - 1,
-          ceres::TerminationTypeToString(summary.termination_type),
-          summary.initial_cost,
-          summary.final_cost,
-          MedianError_px(problem, *unknowns)};
+  return Solver(noise, problem, unknowns).Solve(progress);
 }
 
 }  // namespace nightmap
