@@ -27,6 +27,7 @@ constexpr double kMinDamping = 1e-13;
 constexpr double kMaxDamping = 1e3;
 constexpr double kRounding = 1e-9;  // of the cost
 constexpr int kMaxSteps = 50;       // under one loss
+constexpr double kMaxLength = 64;   // of a step, as a multiple of the one that was found
 
 IndexGroups ByPoint(const CeilingProblem& problem, std::size_t num_points) {
   std::vector<int> points;
@@ -78,29 +79,43 @@ class Solver {
     solution->final_cost = cost;
   }
 
-  // Takes the longest step that lowers the cost; returns by how much. 0: none is expected to lower
-  // it by more than rounding does.
+  struct Trial {
+    CeilingUnknowns unknowns;
+    double cost;
+  };
+
+  Trial Try(const CauchyLoss& loss, const CeilingStep& step, double length) const {
+    Trial trial{tree_.Moved(unknowns_, step, length), 0};
+    trial.cost = Cost(trial.unknowns, loss);
+    return trial;
+  }
+
+  // Takes the least damped step that lowers the cost; returns by how much. 0: none is expected to
+  // lower it by more than rounding does.
   double TakeStep(const CauchyLoss& loss, double cost) {
     for (; damping_ < kMaxDamping; damping_ *= 100) {
       const auto step = system_.Step(unknowns_, loss, damping_);
       if (!step) continue;
-      CeilingUnknowns moved = tree_.Moved(unknowns_, *step);
-      const double gain = cost - Cost(moved, loss);
-      if (getenv("DBG"))
-        fprintf(stderr,
-                "cost %.3f gain %.3f expected %.3f damping %g\n",
-                cost,
-                gain,
-                step->expected_gain,
-                damping_);
-      if (gain > 0) {
-        unknowns_ = std::move(moved);
+      Trial best = Try(loss, *step, 1);
+      if (best.cost < cost) {
+        Lengthen(loss, *step, &best);
+        unknowns_ = std::move(best.unknowns);
         damping_ = std::max(kMinDamping, damping_ / 100);
-        return gain;
+        return cost - best.cost;
       }
       if (step->expected_gain <= kRounding * cost) return 0;
     }
     Fail("no step lowers its cost");
+  }
+
+  // Weights are as if errors kept them, but an outlier's falls on the way, and with it what holds
+  // the others back: a longer step often lowers the cost more, and costs no factorization.
+  void Lengthen(const CauchyLoss& loss, const CeilingStep& step, Trial* best) const {
+    for (double length = 2; length <= kMaxLength; length *= 2) {
+      Trial longer = Try(loss, step, length);
+      if (!(longer.cost < best->cost)) return;
+      *best = std::move(longer);
+    }
   }
 
   // Infinite where a point is not in front of a camera that saw it.

@@ -83,30 +83,32 @@ KeyframeTree::KeyframeTree(const std::vector<std::vector<int>>& neighbours,
 }
 
 CeilingUnknowns KeyframeTree::Moved(const CeilingUnknowns& unknowns,
-                                    const CeilingStep& step) const {
+                                    const CeilingStep& step,
+                                    double length) const {
   CeilingUnknowns moved = unknowns;
   const auto along =
       [&](std::size_t frame, const Eigen::Vector2d& place, const Eigen::Vector2d& place_step) {
         return MovedAlong(unknowns.keyframes[frame].head<3>(),
-                          step.keyframes[frame].head<3>(),
+                          length * step.keyframes[frame].head<3>(),
                           moved.keyframes[frame].head<3>(),
                           place,
                           place_step);
       };
-  for (std::size_t k = 0; k < moved.keyframes.size(); ++k) moved.keyframes[k] += step.keyframes[k];
+  for (std::size_t k = 0; k < moved.keyframes.size(); ++k)
+    moved.keyframes[k] += length * step.keyframes[k];
   for (const auto& [parent, child] : edges_) {
-    moved.keyframes[child].head<2>() =
-        along(parent, unknowns.keyframes[child].head<2>(), step.keyframes[child].head<2>());
+    moved.keyframes[child].head<2>() = along(
+        parent, unknowns.keyframes[child].head<2>(), length * step.keyframes[child].head<2>());
   }
   for (std::size_t i = 0; i < moved.points.size(); ++i) {
-    moved.points[i] += step.points[i];
+    moved.points[i] += length * step.points[i];
     if (first_keyframe_[i] == kNone) continue;
     moved.points[i].head<2>() =
-        along(first_keyframe_[i], unknowns.points[i].head<2>(), step.points[i].head<2>());
+        along(first_keyframe_[i], unknowns.points[i].head<2>(), length * step.points[i].head<2>());
   }
-  moved.mounting += step.mounting;
-  moved.wheels += step.wheels;
-  moved.level_m += step.level_m;
+  moved.mounting += length * step.mounting;
+  moved.wheels += length * step.wheels;
+  moved.level_m += length * step.level_m;
   return moved;
 }
 

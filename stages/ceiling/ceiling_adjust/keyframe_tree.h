@@ -36,7 +36,9 @@ class KeyframeTree {
                const IndexGroups& sightings_of_point,
                std::size_t num_points);
 
-  CeilingUnknowns Moved(const CeilingUnknowns& unknowns, const CeilingStep& step) const;
+  CeilingUnknowns Moved(const CeilingUnknowns& unknowns,
+                        const CeilingStep& step,
+                        double length) const;  // multiplies the step
 
  private:
   std::vector<std::pair<std::size_t, std::size_t>> edges_;  // parent and child, parents first
