@@ -26,6 +26,7 @@ constexpr double kFirstTolerance = 1e-2, kTolerance = 1e-5;
 constexpr double kMinDamping = 1e-13;
 constexpr double kMaxDamping = 1e3;
 constexpr double kRounding = 1e-9;  // of the cost
+constexpr double kNoCost = 1e-12;   // per sighting: rounding
 constexpr int kMaxSteps = 50;       // under one loss
 constexpr double kMaxLength = 64;   // of a step, as a multiple of the one that was found
 
@@ -71,13 +72,15 @@ class Solver {
     solution->has_converged = false;
     for (int i = 0; i < kMaxSteps && !solution->has_converged; ++i) {
       const double gain = TakeStep(loss, cost);
-      solution->has_converged = gain <= tolerance * cost;
+      solution->has_converged = gain <= tolerance * cost + NoCost();
       cost -= gain;
       ++solution->num_iterations;
       progress.Advance();
     }
     solution->final_cost = cost;
   }
+
+  double NoCost() const { return kNoCost * static_cast<double>(problem_.sightings.size()); }
 
   struct Trial {
     CeilingUnknowns unknowns;
@@ -103,7 +106,7 @@ class Solver {
         damping_ = std::max(kMinDamping, damping_ / 100);
         return cost - best.cost;
       }
-      if (step->expected_gain <= kRounding * cost) return 0;
+      if (step->expected_gain <= kRounding * cost + NoCost()) return 0;
     }
     Fail("no step lowers its cost");
   }

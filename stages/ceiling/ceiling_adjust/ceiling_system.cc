@@ -3,13 +3,11 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <utility>
 
 namespace nightmap {
 namespace {
 
 constexpr Eigen::Index kWheels = 5, kLevel = 7;  // first unknown, of those that all share
-
 }  // namespace
 
 std::vector<KeyframeView> ViewsOf(const CeilingProblem& problem, const CeilingUnknowns& unknowns) {
@@ -157,7 +155,7 @@ void CeilingSystem::LoadPoint(const Estimate& estimate, std::size_t index, bool 
   for (const int s : of_point_.Of(index)) {
     const PointSighting& sighting = problem_.sightings[static_cast<std::size_t>(s)];
     const std::size_t keyframe = sighting.keyframe;
-    LinearSighting linear =
+    auto linear =
         estimate.views[keyframe].Linearize(position, sighting.pixel, noise_.pixel_sigma_px);
     if (keyframe == 0) linear.by_keyframe.leftCols<3>().setZero();  // the first pose stays
     const double weight = estimate.loss.Weight(linear.residual.squaredNorm());
