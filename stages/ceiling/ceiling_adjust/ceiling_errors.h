@@ -127,8 +127,8 @@ struct LinearMotion {
   Eigen::Matrix<double, 3, 2> by_wheels;
 };
 
-// Of x, y, heading (not wrapped) before and after. Errors are of the motion that the wheels should
-// have measured, so that a smaller map does not make their noise smaller.
+// `before` and `after` are x, y, heading (not wrapped). Errors are of the motion that the wheels
+// should have measured, so that a smaller map does not make their noise smaller.
 inline LinearMotion LinearizeMotion(const CeilingNoise& noise,
                                     const KeyframeMotion& motion,
                                     const Eigen::Vector3d& before,
