@@ -88,22 +88,26 @@ void AppendRange(int begin, int count, std::vector<int>* rows) {
   for (int i = 0; i < count; ++i) rows->push_back(begin + i);
 }
 
-void LayOut(const std::vector<std::size_t>& by_rank, int num_right, BlockPattern* pattern) {
+void LayOut(const std::vector<std::size_t>& by_rank,
+            int block_size,
+            int num_right,
+            BlockPattern* pattern) {
   const auto right = static_cast<std::size_t>(num_right);
+  const auto size = static_cast<std::size_t>(block_size);
   std::size_t num_entries = right * right;
   for (const std::size_t pose : by_rank) {
-    num_entries += 6 * (6 * (pattern->later[pose].size() + 1) + right);
+    num_entries += size * (size * (pattern->later[pose].size() + 1) + right);
   }
-  const int num_pose_columns = SparseIndex(6 * by_rank.size());
+  const int num_pose_columns = SparseIndex(size * by_rank.size());
   ColumnWriter writer(num_pose_columns + num_right, SparseIndex(num_entries), &pattern->lower);
   for (const std::size_t pose : by_rank) {
     std::vector<int> rows;
-    AppendRange(6 * pattern->rank[pose], 6, &rows);
+    AppendRange(block_size * pattern->rank[pose], block_size, &rows);
     for (const int other : pattern->later[pose]) {
-      AppendRange(6 * pattern->rank[static_cast<std::size_t>(other)], 6, &rows);
+      AppendRange(block_size * pattern->rank[static_cast<std::size_t>(other)], block_size, &rows);
     }
     AppendRange(num_pose_columns, num_right, &rows);
-    writer.Add(rows, 6);
+    writer.Add(rows, block_size);
   }
   std::vector<int> rows;
   AppendRange(num_pose_columns, num_right, &rows);
@@ -114,9 +118,10 @@ void LayOut(const std::vector<std::size_t>& by_rank, int num_right, BlockPattern
 
 BlockPattern MakeBlockPattern(const std::vector<bool>& is_free,
                               const std::vector<std::vector<int>>& neighbours,
+                              int block_size,
                               int num_right) {
   BlockPattern pattern{RankPoses(is_free, neighbours), {}, {}};
-  LayOut(FindLater(neighbours, &pattern), num_right, &pattern);
+  LayOut(FindLater(neighbours, &pattern), block_size, num_right, &pattern);
   return pattern;
 }
 

@@ -43,7 +43,7 @@ BlockPattern MakeSchurPattern(const BundleProblem& problem,
     is_free.push_back(!problem.is_fixed[pose] && !of_pose.Of(pose).empty());
   }
   return MakeBlockPattern(
-      is_free, FindNeighbours(problem, of_pose, of_point, num_threads), num_calibrations);
+      is_free, FindNeighbours(problem, of_pose, of_point, num_threads), 6, num_calibrations);
 }
 
 }  // namespace nightmap

@@ -11,7 +11,7 @@ void SparseCholesky::Analyze(const Eigen::SparseMatrix<double>& lower) {
   cholesky_.cholmod().print = 0;  // CheckFits reports failures
   cholesky_.cholmod().nmethods = 1;
   cholesky_.cholmod().method[0].ordering = CHOLMOD_NATURAL;
-  cholesky_.cholmod().postorder = 0;
+  cholesky_.cholmod().postorder = 0;  // another order would make it copy the matrix, twice
   cholesky_.analyzePattern(lower);
   CheckFits(lower.rows());
 }

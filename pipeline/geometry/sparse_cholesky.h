@@ -18,7 +18,9 @@ class SparseCholesky {
   // `remedy` is told where a factor does not fit.
   explicit SparseCholesky(std::string remedy) : remedy_(std::move(remedy)) {}
 
-  // Takes the pattern of a lower triangle; eliminates rows and columns in their order. Throws
+  // Takes the pattern of a lower triangle; eliminates rows and columns in their order,
+  // which is fast where it is a postorder of the elimination tree, as approximate minimum degree
+  // makes it. Throws
   // DataError when the factor fits neither the memory nor 32-bit indices.
   void Analyze(const Eigen::SparseMatrix<double>& lower);
 

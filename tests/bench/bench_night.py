@@ -121,7 +121,7 @@ def plot(path, sites):
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for program in (job.name for job in run.jobs_of_whole()):
+    for program in programs_of(sites):
         done = [(num_frames, costs[program]) for num_frames, costs, _ in sites if program in costs]
         if not done:
             continue

@@ -84,6 +84,8 @@ LONG = {
                     "bench_night.py {maps}/building --data {data} --build {build} --threads {threads} --page {page}"),
     "bench_night_laser": ("make map SITE=demo_laser DATA={data} MAPS={maps}",
                           "bench_night_laser.py {maps}/demo_laser --build {build} --threads {threads} --page {page}"),
+    "bench_night_ceiling": ("make map SITE=ceiling_office DATA={data} MAPS={maps}",
+                            "bench_night_ceiling.py {maps}/ceiling_office --data {data} --build {build} --threads {threads} --page {page}"),
     # Recordings with people pasted into them by tests/bench/people/paste_people.py.
     "people": (f"{SEEDS} {' '.join(PEOPLE)} --name people --data {{data}}",),
 }  # fmt: skip

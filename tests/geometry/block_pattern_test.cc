@@ -34,7 +34,7 @@ BlockPattern MakePattern(const std::set<std::pair<int, int>>& pairs) {
     neighbours[static_cast<std::size_t>(a)].push_back(b);
     neighbours[static_cast<std::size_t>(b)].push_back(a);
   }
-  return MakeBlockPattern(is_free, neighbours, kNumRight);
+  return MakeBlockPattern(is_free, neighbours, 6, kNumRight);
 }
 
 TEST(BlockPattern, FreePosesHaveARankEach) {

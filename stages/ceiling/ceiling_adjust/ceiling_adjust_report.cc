@@ -10,7 +10,7 @@ nlohmann::json Summarize(const CeilingAdjustResult& result) {
           {"num_sightings", result.num_sightings},
           {"num_motions_without_wheels", result.num_guessed_motions},
           {"num_iterations", result.solution.num_iterations},
-          {"termination", result.solution.termination},
+          {"has_converged", result.solution.has_converged},
           {"initial_cost", result.solution.initial_cost},
           {"final_cost", result.solution.final_cost},
           {"median_error_px", result.solution.median_error_px},

@@ -1,263 +1,183 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/ceiling/ceiling_adjust/ceiling_problem.h"
 
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
-
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <numbers>
+#include <limits>
 #include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/median.h"
+#include "stages/ceiling/ceiling_adjust/ceiling_errors.h"
+#include "stages/ceiling/ceiling_adjust/ceiling_system.h"
+#include "stages/ceiling/ceiling_adjust/keyframe_tree.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kMinDepth_m = 0.05;
-// Where a motion is so short that its own noise is none, samples and rounding remain.
-constexpr double kMinMotionSigma_m = 5e-4;
-constexpr double kMinMotionSigma_rad = 1e-3;
-constexpr double kMountingSigma_m = 0.03;
 constexpr double kSightingLoss = 1.5;  // in standard deviations, as the next
-constexpr double kWheelLoss = 3;
-constexpr double kLevelSigma_m = 0.01;  // of a ceiling that is level
-constexpr int kMaxIterations = 50;
+// A loop moves a long way: sightings that are so far off pull like others until it has moved.
+constexpr double kFirstSightingLoss = 100;
+// Decrease of the cost, as a share of it, from which it is at its minimum: what is left then is of
+// corners whose place no picture tells.
+constexpr double kFirstTolerance = 1e-2, kTolerance = 1e-5;
+// Damping of a keyframe's own curvature by more than this holds the long waves of a long way,
+// which are all but flat, where they are.
+constexpr double kMinDamping = 1e-13;
+constexpr double kMaxDamping = 1e3;
+constexpr double kRounding = 1e-9;  // of the cost
+constexpr double kNoCost = 1e-12;   // per sighting: rounding
+constexpr int kMaxSteps = 50;       // under one loss
+constexpr double kMaxLength = 64;   // of a step, as a multiple of the one that was found
 
-class SightingError {
- public:
-  SightingError(const CeilingProblem& problem, const Eigen::Vector2d& pixel, double sigma_px)
-      : camera_(problem.camera),
-        camera_from_robot_(problem.robot_from_camera.rotation.conjugate().toRotationMatrix()),
-        mounted_at_(problem.robot_from_camera.translation),
-        pixel_(pixel),
-        sigma_px_(sigma_px) {}
-
-  template <typename T>
-  bool operator()(const T* keyframe, const T* mounting, const T* point, T* residual) const {
-    using Vector = Eigen::Matrix<T, 3, 1>;
-    const T cosine = ceres::cos(keyframe[2]), sine = ceres::sin(keyframe[2]);
-    const T x = point[0] - keyframe[0], y = point[1] - keyframe[1];
-    const Vector from_camera(cosine * x + sine * y - mounted_at_.x() - mounting[3],
-                             cosine * y - sine * x - mounted_at_.y() - mounting[4],
-                             point[2] - mounted_at_.z());
-    const Vector as_mounted = camera_from_robot_.cast<T>() * from_camera;
-    const T tilt[3] = {-keyframe[3] - mounting[0], -keyframe[4] - mounting[1], -mounting[2]};
-    T in_camera[3];
-    ceres::AngleAxisRotatePoint(tilt, as_mounted.data(), in_camera);
-    if (in_camera[2] < kMinDepth_m) return false;
-    residual[0] = (camera_.fx * in_camera[0] / in_camera[2] + camera_.cx - pixel_.x()) / sigma_px_;
-    residual[1] = (camera_.fy * in_camera[1] / in_camera[2] + camera_.cy - pixel_.y()) / sigma_px_;
-    return true;
-  }
-
- private:
-  Camera camera_;
-  Eigen::Matrix3d camera_from_robot_;
-  Eigen::Vector3d mounted_at_;
-  Eigen::Vector2d pixel_;
-  double sigma_px_;
-};
-
-// Along and across the robot's heading, and of it.
-Eigen::Vector3d SigmaOf(const CeilingNoise& noise, const KeyframeMotion& motion) {
-  if (!motion.is_measured) {
-    const double unknown_m = noise.unknown_speed_m_per_s * motion.time_s;
-    return {unknown_m, unknown_m, noise.unknown_turn_rad_per_s * motion.time_s};
-  }
-  const double along_m = noise.distance_sigma_m * std::sqrt(motion.distance_m);
-  const double turn_rad = std::hypot(noise.heading_sigma_rad * std::sqrt(motion.distance_m),
-                                     noise.turn_sigma_rad * std::sqrt(motion.turn_rad));
-  return {std::hypot(along_m, kMinMotionSigma_m),
-          std::hypot(0.2 * along_m, kMinMotionSigma_m),
-          std::hypot(turn_rad, kMinMotionSigma_rad)};
-}
-
-class MotionError {
- public:
-  MotionError(const CeilingNoise& noise, const KeyframeMotion& motion)
-      : motion_(motion), sigma_(SigmaOf(noise, motion)) {}
-
-  template <typename T>
-  bool operator()(const T* before, const T* after, const T* wheels, T* residual) const {
-    const T turned_rad = wheels[1] * motion_.distance_m;
-    const T heading_rad = before[2] + 0.5 * turned_rad;
-    const T cosine = ceres::cos(heading_rad), sine = ceres::sin(heading_rad);
-    const T x = after[0] - before[0], y = after[1] - before[1];
-    const Rigid2& measured = motion_.before_from_after;
-    // The motion that the wheels should have measured, so that a smaller map does not make their
-    // noise smaller.
-    const T scale = 1.0 / (1.0 + wheels[0]);
-    residual[0] = scale * (cosine * x + sine * y) - measured.translation.x();
-    residual[1] = scale * (cosine * y - sine * x) - measured.translation.y();
-    residual[2] = after[2] - before[2] - measured.heading_rad - turned_rad;
-    const T turns = ceres::floor(residual[2] / (2 * std::numbers::pi) + 0.5);
-    residual[2] -= turns * (2 * std::numbers::pi);
-    for (int i = 0; i < 3; ++i) residual[i] /= sigma_[i];
-    return true;
-  }
-
- private:
-  KeyframeMotion motion_;
-  Eigen::Vector3d sigma_;
-};
-
-// Values that are near those expected: residual = (value - expected) / sigma.
-template <int kSize, int kFirst, int kNum>
-class ExpectedValues {
- public:
-  using Values = Eigen::Matrix<double, kNum, 1>;
-  ExpectedValues(const Values& expected, const Values& sigma)
-      : expected_(expected), sigma_(sigma) {}
-
-  static ceres::CostFunction* Cost(const Values& expected, const Values& sigma) {
-    return new ceres::AutoDiffCostFunction<ExpectedValues, kNum, kSize>(
-        new ExpectedValues(expected, sigma.cwiseMax(1e-9)));
-  }
-
-  template <typename T>
-  bool operator()(const T* values, T* residual) const {
-    for (int i = 0; i < kNum; ++i) residual[i] = (values[kFirst + i] - expected_[i]) / sigma_[i];
-    return true;
-  }
-
- private:
-  Values expected_, sigma_;
-};
-
-class LevelError {
- public:
-  template <typename T>
-  bool operator()(const T* point, const T* level, T* residual) const {
-    residual[0] = (point[2] - level[0]) / kLevelSigma_m;
-    return true;
-  }
-};
-
-class ShowIteration : public ceres::IterationCallback {
- public:
-  explicit ShowIteration(Progress* progress) : progress_(progress) {}
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    progress_->Advance();
-    return ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  Progress* progress_;
-};
-
-class Builder {
- public:
-  Builder(const CeilingNoise& noise, const CeilingProblem& given, CeilingUnknowns* unknowns)
-      : noise_(noise), given_(given), unknowns_(*unknowns) {}
-
-  void AddSightings() {
-    for (const PointSighting& sighting : given_.sightings) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SightingError, 2, 5, 5, 3>(
-              new SightingError(given_, sighting.pixel, noise_.pixel_sigma_px)),
-          new ceres::CauchyLoss(kSightingLoss),
-          unknowns_.keyframes[sighting.keyframe].data(),
-          unknowns_.mounting.data(),
-          unknowns_.points[sighting.point].data());
-    }
-  }
-
-  void AddMotions() {
-    for (const KeyframeMotion& motion : given_.motions) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<MotionError, 3, 5, 5, 2>(new MotionError(noise_, motion)),
-          new ceres::HuberLoss(kWheelLoss),
-          unknowns_.keyframes[motion.start].data(),
-          unknowns_.keyframes[motion.start + 1].data(),
-          unknowns_.wheels.data());
-    }
-    problem_.AddResidualBlock(
-        ExpectedValues<2, 0, 2>::Cost(Eigen::Vector2d::Zero(),
-                                      {noise_.scale_sigma, noise_.heading_bias_sigma_rad_per_m}),
-        nullptr,
-        unknowns_.wheels.data());
-  }
-
-  void AddMounting() {
-    const Eigen::Vector2d vibration = Eigen::Vector2d::Constant(noise_.vibration_sigma_rad);
-    for (Vector5d& keyframe : unknowns_.keyframes) {
-      problem_.AddResidualBlock(ExpectedValues<5, 3, 2>::Cost(Eigen::Vector2d::Zero(), vibration),
-                                nullptr,
-                                keyframe.data());
-    }
-    Vector5d sigma = Vector5d::Constant(noise_.mounting_tilt_sigma_rad);
-    sigma.tail<2>().setConstant(kMountingSigma_m);
-    problem_.AddResidualBlock(
-        ExpectedValues<5, 0, 5>::Cost(Vector5d::Zero(), sigma), nullptr, unknowns_.mounting.data());
-    problem_.SetManifold(unknowns_.keyframes.front().data(),
-                         new ceres::SubsetManifold(5, {0, 1, 2}));
-  }
-
-  void AddLevel() {
-    if (!given_.level) return;
-    using Scalar = Eigen::Matrix<double, 1, 1>;
-    problem_.AddResidualBlock(ExpectedValues<1, 0, 1>::Cost(Scalar(given_.level->height_m),
-                                                            Scalar(given_.level->sigma_m)),
-                              nullptr,
-                              &unknowns_.level_m);
-    for (const std::size_t point : given_.level->points) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<LevelError, 1, 3, 1>(new LevelError),
-          new ceres::CauchyLoss(1),
-          unknowns_.points[point].data(),
-          &unknowns_.level_m);
-    }
-  }
-
-  ceres::Solver::Summary Solve(Progress& progress) {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_SCHUR;
-    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    std::vector<double*> blocks;
-    problem_.GetParameterBlocks(&blocks);
-    for (double* block : blocks) options.linear_solver_ordering->AddElementToGroup(block, 1);
-    for (auto& point : unknowns_.points) {
-      if (problem_.HasParameterBlock(point.data())) {
-        options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
-      }
-    }
-    options.max_num_iterations = kMaxIterations;
-    options.function_tolerance = 1e-7;
-    options.num_threads = 1;  // parallel sums would make the result depend on the schedule
-    options.logging_type = ceres::SILENT;
-    ShowIteration show(&progress);
-    options.callbacks.push_back(&show);
-    ceres::Solver::Summary summary;
-    progress.Start(kMaxIterations + 1);  // the first one is the start
-    ceres::Solve(options, &problem_, &summary);
-    progress.Finish();
-    return summary;
-  }
-
- private:
-  const CeilingNoise& noise_;
-  const CeilingProblem& given_;
-  CeilingUnknowns& unknowns_;
-  ceres::Problem problem_;
-};
-
-double MedianError_px(const CeilingProblem& problem, const CeilingUnknowns& unknowns) {
-  std::vector<double> errors_px;
+IndexGroups ByPoint(const CeilingProblem& problem, std::size_t num_points) {
+  std::vector<int> points;
+  points.reserve(problem.sightings.size());
   for (const PointSighting& sighting : problem.sightings) {
-    Eigen::Vector2d error;
-    const bool is_seen =
-        SightingError(problem, sighting.pixel, 1)(unknowns.keyframes[sighting.keyframe].data(),
-                                                  unknowns.mounting.data(),
-                                                  unknowns.points[sighting.point].data(),
-                                                  error.data());
-    if (is_seen) errors_px.push_back(error.norm());
+    points.push_back(SparseIndex(sighting.point));
   }
-  return Median(std::move(errors_px));
+  return {points, num_points};
 }
+
+class Solver {
+ public:
+  Solver(const CeilingNoise& noise, const CeilingProblem& problem, CeilingUnknowns* unknowns)
+      : noise_(noise),
+        problem_(problem),
+        unknowns_(*unknowns),
+        of_point_(ByPoint(problem, unknowns->points.size())),
+        neighbours_(FindNeighbours(problem, of_point_, unknowns->keyframes.size())),
+        tree_(neighbours_, problem, of_point_, unknowns->points.size()),
+        system_(noise, problem, of_point_, neighbours_, unknowns->points.size()) {}
+
+  // First with a loss that few sightings feel, then with the one that outliers do.
+  CeilingSolution Solve(Progress& progress) {
+    progress.Start(2 * kMaxSteps);
+    CeilingSolution solution;
+    solution.initial_cost = Cost(unknowns_, CauchyLoss{kFirstSightingLoss});
+    if (!std::isfinite(solution.initial_cost)) Fail("a landmark is not above its camera");
+    Solve(CauchyLoss{kFirstSightingLoss}, kFirstTolerance, progress, &solution);
+    Solve(CauchyLoss{kSightingLoss}, kTolerance, progress, &solution);
+    solution.median_error_px = MedianError_px();
+    progress.Finish();
+    return solution;
+  }
+
+ private:
+  void Solve(const CauchyLoss& loss,
+             double tolerance,
+             Progress& progress,
+             CeilingSolution* solution) {
+    double cost = Cost(unknowns_, loss);
+    solution->has_converged = false;
+    for (int i = 0; i < kMaxSteps && !solution->has_converged; ++i) {
+      const double gain = TakeStep(loss, cost);
+      solution->has_converged = gain <= tolerance * cost + NoCost();
+      cost -= gain;
+      ++solution->num_iterations;
+      progress.Advance();
+    }
+    solution->final_cost = cost;
+  }
+
+  double NoCost() const { return kNoCost * static_cast<double>(problem_.sightings.size()); }
+
+  struct Trial {
+    CeilingUnknowns unknowns;
+    double cost;
+  };
+
+  Trial Try(const CauchyLoss& loss, const CeilingStep& step, double length) const {
+    Trial trial{tree_.Moved(unknowns_, step, length), 0};
+    trial.cost = Cost(trial.unknowns, loss);
+    return trial;
+  }
+
+  // Takes the least damped step that lowers the cost; returns by how much. 0: none is expected to
+  // lower it by more than rounding does.
+  double TakeStep(const CauchyLoss& loss, double cost) {
+    for (; damping_ < kMaxDamping; damping_ *= 100) {
+      const auto step = system_.Step(unknowns_, loss, damping_);
+      if (!step) continue;
+      Trial best = Try(loss, *step, 1);
+      if (best.cost < cost) {
+        Lengthen(loss, *step, &best);
+        unknowns_ = std::move(best.unknowns);
+        damping_ = std::max(kMinDamping, damping_ / 100);
+        return cost - best.cost;
+      }
+      if (step->expected_gain <= kRounding * cost + NoCost()) return 0;
+    }
+    Fail("no step lowers its cost");
+  }
+
+  // Weights are as if errors kept them, but an outlier's falls on the way, and with it what holds
+  // the others back: a longer step often lowers the cost more, and costs no factorization.
+  void Lengthen(const CauchyLoss& loss, const CeilingStep& step, Trial* best) const {
+    for (double length = 2; length <= kMaxLength; length *= 2) {
+      Trial longer = Try(loss, step, length);
+      if (!(longer.cost < best->cost)) return;
+      *best = std::move(longer);
+    }
+  }
+
+  // Infinite where a point is not in front of a camera that saw it.
+  double Cost(const CeilingUnknowns& unknowns, const CauchyLoss& loss) const {
+    const std::vector<KeyframeView> views = ViewsOf(problem_, unknowns);
+    const double per_sigma = 1 / noise_.pixel_sigma_px;
+    double cost = ExpectedCommon(noise_, problem_, unknowns).Cost();
+    for (const PointSighting& sighting : problem_.sightings) {
+      const auto error_px =
+          views[sighting.keyframe].Error_px(unknowns.points[sighting.point], sighting.pixel);
+      if (!error_px) return std::numeric_limits<double>::infinity();
+      cost += loss.Cost((*error_px * per_sigma).squaredNorm());
+    }
+    for (const KeyframeMotion& motion : problem_.motions) {
+      const LinearMotion linear = LinearizeMotion(noise_,
+                                                  motion,
+                                                  unknowns.keyframes[motion.start].head<3>(),
+                                                  unknowns.keyframes[motion.start + 1].head<3>(),
+                                                  unknowns.wheels);
+      cost += kWheelLoss.Cost(linear.residual.squaredNorm());
+    }
+    for (const Vector5d& keyframe : unknowns.keyframes) {
+      cost += ExpectedTilt(noise_, keyframe).Cost();
+    }
+    if (!problem_.level) return cost;
+    for (const std::size_t point : problem_.level->points) {
+      const double error = (unknowns.points[point].z() - unknowns.level_m) / kLevelSigma_m;
+      cost += kLevelLoss.Cost(error * error);
+    }
+    return cost;
+  }
+
+  double MedianError_px() const {
+    const std::vector<KeyframeView> views = ViewsOf(problem_, unknowns_);
+    std::vector<double> errors_px;
+    for (const PointSighting& sighting : problem_.sightings) {
+      const auto error_px =
+          views[sighting.keyframe].Error_px(unknowns_.points[sighting.point], sighting.pixel);
+      if (error_px) errors_px.push_back(error_px->norm());
+    }
+    return Median(std::move(errors_px));
+  }
+
+  [[noreturn]] void Fail(const char* reason) const {
+    throw DataError("the ceiling of {} keyframes and {} landmarks was not adjusted: {}",
+                    unknowns_.keyframes.size(),
+                    unknowns_.points.size(),
+                    reason);
+  }
+
+  const CeilingNoise& noise_;
+  const CeilingProblem& problem_;
+  CeilingUnknowns& unknowns_;
+  IndexGroups of_point_;
+  std::vector<std::vector<int>> neighbours_;  // by keyframe
+  KeyframeTree tree_;
+  CeilingSystem system_;
+  double damping_ = kMinDamping;  // of the next step
+};
 
 }  // namespace
 
@@ -265,23 +185,7 @@ CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,
                              Progress& progress,
                              CeilingUnknowns* unknowns) {
-  Builder builder(noise, problem, unknowns);
-  builder.AddSightings();
-  builder.AddMotions();
-  builder.AddMounting();
-  builder.AddLevel();
-  const ceres::Solver::Summary summary = builder.Solve(progress);
-  if (!summary.IsSolutionUsable()) {
-    throw DataError("the ceiling of {} keyframes and {} landmarks was not adjusted: {}",
-                    unknowns->keyframes.size(),
-                    unknowns->points.size(),
-                    summary.message);
-  }
-  return {static_cast<int>(summary.iterations.size()) - 1,
-          ceres::TerminationTypeToString(summary.termination_type),
-          summary.initial_cost,
-          summary.final_cost,
-          MedianError_px(problem, *unknowns)};
+  return Solver(noise, problem, unknowns).Solve(progress);
 }
 
 }  // namespace nightmap

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "pipeline/base/progress.h"
@@ -65,15 +64,18 @@ struct CeilingProblem {
 
 struct CeilingSolution {
   int num_iterations = 0;
-  std::string termination;  // as Ceres names it
+  bool has_converged = false;
   double initial_cost = 0, final_cost = 0;
   double median_error_px = 0;  // of the sightings
 };
 
-// Levenberg-Marquardt of Ceres over all unknowns at once, the points eliminated first (Triggs et
-// al., Bundle Adjustment, 1999). Sightings have a Cauchy loss, wheels a Huber loss: a corner that
-// jumped and wheels that slipped move nothing. Progress is by iterations. Throws DataError when
-// Ceres fails. Deterministic; one thread.
+// Gauss and Newton over all unknowns at once, with Marquardt's damping (1963) where a step does not
+// lower the cost. Sightings have a Cauchy loss, wheels a Huber loss, both by weights that every
+// step sets anew: a corner that jumped and wheels that slipped move nothing. A first solution with
+// a wide loss of the sightings moves what a loop has to move. Sightings come in the order of their
+// keyframes, of which each but the first has one motion that leads to it. Progress is by steps.
+// Throws DataError when a landmark is not above a camera that saw it, no step lowers the cost, or
+// the system does not fit into memory. Deterministic; one thread.
 CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,
                              Progress& progress,

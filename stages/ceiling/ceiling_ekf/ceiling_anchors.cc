@@ -51,8 +51,7 @@ Rigid2 CeilingFilter::MapFromAnchor(int anchor) {
 }
 
 Eigen::Matrix3d CeilingFilter::AnchorCovariance(int anchor) {
-  const Eigen::MatrixXd& kept = filter_.KeptCovariance();
-  if (3 * anchor < kept.rows()) return kept.block<3, 3>(3 * anchor, 3 * anchor);
+  if (3 * anchor < filter_.NumKept()) return filter_.KeptCovariance(3 * anchor, 3);
   return filter_.ActiveCovariance().block<3, 3>(kAnchor, kAnchor);
 }
 

@@ -18,9 +18,19 @@ void MakeSymmetric(Eigen::MatrixXd* matrix) {
   matrix->triangularView<Eigen::StrictlyUpper>() = matrix->transpose();
 }
 
-void SubtractSquare(const Eigen::MatrixXd& root, Eigen::MatrixXd* covariance) {
-  covariance->selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), -1);
-  MakeSymmetric(covariance);
+// Rows times a symmetric matrix whose lower triangle this is.
+Eigen::MatrixXd TimesSymmetric(const SparseRows& rows,
+                               const Eigen::Ref<const Eigen::MatrixXd>& lower) {
+  const Eigen::Index size = lower.cols();
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows.rows(), size);
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    for (SparseRows::InnerIterator entry(rows, row); entry; ++entry) {
+      const Eigen::Index i = entry.col();
+      product.row(row).head(i) += entry.value() * lower.row(i).head(i);
+      product.row(row).tail(size - i) += entry.value() * lower.col(i).tail(size - i).transpose();
+    }
+  }
+  return product;
 }
 
 Eigen::MatrixXd Factor(const Eigen::MatrixXd& innovation_covariance) {
@@ -41,7 +51,8 @@ CompressedEkf::CompressedEkf(Eigen::VectorXd mean,
                              Eigen::MatrixXd covariance,
                              Eigen::Index considered)
     : considered_(considered), active_(std::move(mean)), covariance_(std::move(covariance)) {
-  kept_ = std::make_shared<KeptPart>(KeptPart{{}, {}, Eigen::MatrixXd(active_.size(), 0)});
+  kept_ = std::make_shared<KeptPart>();
+  kept_->cross.resize(active_.size(), 0);
 }
 
 void CompressedEkf::Transform(Eigen::VectorXd mean,
@@ -55,8 +66,8 @@ void CompressedEkf::Transform(Eigen::VectorXd mean,
   if (IsDeferred()) {
     phi_ = (jacobian * phi_).eval();
   } else {
-    kept_ = std::make_shared<KeptPart>(
-        KeptPart{kept_->mean, kept_->covariance, jacobian * kept_->cross});
+    KeptPart& part = Own();
+    part.cross = (jacobian * part.cross).eval();
   }
 }
 
@@ -66,9 +77,23 @@ void CompressedEkf::Select(const std::vector<Eigen::Index>& rest) {
   if (IsDeferred()) {
     phi_ = phi_(rest, Eigen::all).eval();
   } else {
-    kept_ = std::make_shared<KeptPart>(
-        KeptPart{kept_->mean, kept_->covariance, kept_->cross(rest, Eigen::all)});
+    KeptPart& part = Own();
+    part.cross = part.cross(rest, Eigen::all).eval();
   }
+}
+
+void CompressedEkf::KeptPart::Grow(Eigen::Index count) {
+  const Eigen::Index size = mean.size() + count;
+  mean.conservativeResize(size);
+  if (size > triangle.rows()) {
+    const Eigen::Index room = size + size / 4;
+    triangle.conservativeResize(room, room);
+  }
+}
+
+CompressedEkf::KeptPart& CompressedEkf::Own() {
+  if (kept_.use_count() > 1) kept_ = std::make_shared<KeptPart>(*kept_);
+  return *kept_;
 }
 
 CompressedEkf::Gain CompressedEkf::Solve(const Measurement& measurement) const {
@@ -87,7 +112,8 @@ Innovation CompressedEkf::Correct(const Gain& gain) {
   const double mean = considered_ < 0 ? 0 : active_[considered_];
   const double variance = considered_ < 0 ? 0 : covariance_(considered_, considered_);
   active_.noalias() += gain.root.transpose() * gain.residual;
-  SubtractSquare(gain.root, &covariance_);
+  covariance_.selfadjointView<Eigen::Lower>().rankUpdate(gain.root.transpose(), -1);
+  MakeSymmetric(&covariance_);
   if (considered_ >= 0) {
     active_[considered_] = mean;
     covariance_(considered_, considered_) = variance;
@@ -128,7 +154,8 @@ Innovation CompressedEkf::Update(const Measurement& measurement, const SparseRow
   Flush();
   Gain gain;
   gain.root = measurement.active * covariance_ + kept * kept_->cross.transpose();
-  Eigen::MatrixXd by_kept = measurement.active * kept_->cross + kept * kept_->covariance;
+  Eigen::MatrixXd by_kept =
+      measurement.active * kept_->cross + TimesSymmetric(kept, kept_->Lower());
   Eigen::MatrixXd innovation =
       measurement.active * gain.root.transpose() + kept * by_kept.transpose();
   innovation.diagonal() += measurement.variance;
@@ -138,12 +165,11 @@ Innovation CompressedEkf::Update(const Measurement& measurement, const SparseRow
   lower.solveInPlace(by_kept);
   gain.residual = lower.solve(measurement.residual);
   if (NumKept() > 0) {
-    KeptPart part = *kept_;
+    KeptPart& part = Own();
     part.mean.noalias() += by_kept.transpose() * gain.residual;
-    SubtractSquare(by_kept, &part.covariance);
+    part.Lower().selfadjointView<Eigen::Lower>().rankUpdate(by_kept.transpose(), -1);
     part.cross.noalias() -= gain.root.transpose() * by_kept;
     CheckFinite(part.mean);
-    kept_ = std::make_shared<KeptPart>(std::move(part));
   }
   const Innovation innovation_squared = Correct(gain);
   Defer();
@@ -157,15 +183,14 @@ void CompressedEkf::Keep(Eigen::Index first, Eigen::Index count) {
   for (Eigen::Index i = 0; i < NumActive(); ++i) {
     if (i < first || i >= first + count) rest.push_back(i);
   }
-  KeptPart part;
-  part.mean.resize(num_kept + count);
-  part.mean << kept_->mean, active_.segment(first, count);
-  part.covariance.resize(num_kept + count, num_kept + count);
-  part.covariance << kept_->covariance, kept_->cross.middleRows(first, count).transpose(),
-      kept_->cross.middleRows(first, count), covariance_.block(first, first, count, count);
-  part.cross.resize(static_cast<Eigen::Index>(rest.size()), num_kept + count);
-  part.cross << kept_->cross(rest, Eigen::all), covariance_(rest, Eigen::seqN(first, count));
-  kept_ = std::make_shared<KeptPart>(std::move(part));
+  KeptPart& part = Own();
+  part.Grow(count);
+  part.mean.tail(count) = active_.segment(first, count);
+  part.Lower().bottomLeftCorner(count, num_kept) = part.cross.middleRows(first, count);
+  part.Lower().bottomRightCorner(count, count) = covariance_.block(first, first, count, count);
+  Eigen::MatrixXd cross(static_cast<Eigen::Index>(rest.size()), num_kept + count);
+  cross << part.cross(rest, Eigen::all), covariance_(rest, Eigen::seqN(first, count));
+  part.cross = std::move(cross);
   active_ = active_(rest).eval();
   covariance_ = covariance_(rest, rest).eval();
   Defer();
@@ -177,10 +202,8 @@ void CompressedEkf::Defer() {
   factors.setThreshold(kRankTolerance);
   const Eigen::Index rank = factors.rank();
   if (rank == 0 || 2 * rank > NumKept()) return;
-  KeptPart part{kept_->mean, kept_->covariance, {}};
-  part.cross = Eigen::MatrixXd(factors.matrixR().topRows(rank).triangularView<Eigen::Upper>()) *
-               factors.colsPermutation().transpose();
-  kept_ = std::make_shared<KeptPart>(std::move(part));
+  Own().cross = Eigen::MatrixXd(factors.matrixR().topRows(rank).triangularView<Eigen::Upper>()) *
+                factors.colsPermutation().transpose();
   phi_ = factors.householderQ() * Eigen::MatrixXd::Identity(NumActive(), rank);
   psi_.setZero(rank, rank);
   theta_.setZero(rank);
@@ -188,13 +211,11 @@ void CompressedEkf::Defer() {
 
 void CompressedEkf::Flush() {
   if (!IsDeferred()) return;
-  KeptPart part = *kept_;
+  KeptPart& part = Own();
   part.mean.noalias() += part.cross.transpose() * theta_;
   const Eigen::MatrixXd lost = psi_.selfadjointView<Eigen::Lower>() * part.cross;
-  part.covariance.noalias() -= part.cross.transpose() * lost;
-  MakeSymmetric(&part.covariance);
+  part.Lower().triangularView<Eigen::Lower>() -= part.cross.transpose() * lost;
   part.cross = (phi_ * part.cross).eval();
-  kept_ = std::make_shared<KeptPart>(std::move(part));
   phi_.resize(0, 0);
   psi_.resize(0, 0);
   theta_.resize(0);
@@ -205,9 +226,9 @@ const Eigen::VectorXd& CompressedEkf::Kept() {
   return kept_->mean;
 }
 
-const Eigen::MatrixXd& CompressedEkf::KeptCovariance() {
+Eigen::MatrixXd CompressedEkf::KeptCovariance(Eigen::Index first, Eigen::Index count) {
   Flush();
-  return kept_->covariance;
+  return kept_->Lower().block(first, first, count, count).selfadjointView<Eigen::Lower>();
 }
 
 const Eigen::MatrixXd& CompressedEkf::CrossCovariance() {

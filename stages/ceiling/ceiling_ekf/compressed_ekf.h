@@ -30,11 +30,12 @@ struct Innovation {
 // the kept one, which stands still and changes only by its correlation with the active one. Effects
 // of the active part's steps on the kept part are gathered (Phi, Psi, theta of the paper) and
 // applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m residuals
-// however much is kept. Beyond the paper, the covariance of both parts is factored first:
-// it has a small rank, because what is near knows little of what is far, and a step costs O(n m
-// rank) for it. The result is that of the plain filter, to 1e-10 of that covariance. In the
-// linear-Gaussian case it is the Kalman filter. Copies share what is kept. Deterministic; one
-// thread.
+// however much is kept. Applying them costs O(k^2 rank) for k kept states, whose covariance is
+// one triangle of k^2 numbers that is changed in place. Beyond the paper, the covariance of both
+// parts is factored first: it has a small rank, because what is near knows little of what is far,
+// and a step costs O(n m rank) for it. The result is that of the plain filter, to 1e-10 of that
+// covariance. In the linear-Gaussian case it is the Kalman filter. Copies share what is kept.
+// Deterministic; one thread.
 class CompressedEkf {
  public:
   // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can
@@ -73,14 +74,21 @@ class CompressedEkf {
 
   // These have all steps so far in them.
   const Eigen::VectorXd& Kept();
-  const Eigen::MatrixXd& KeptCovariance();
+  Eigen::MatrixXd KeptCovariance(Eigen::Index first, Eigen::Index count);  // of these
   // Rows: active states, columns: kept states.
   const Eigen::MatrixXd& CrossCovariance();
 
  private:
   struct KeptPart {
+    // One state more makes no copy of the covariance: there is room for some.
+    void Grow(Eigen::Index count);
+    // The covariance; only the triangle below the diagonal, and with it, is valid.
+    Eigen::Block<Eigen::MatrixXd> Lower() {
+      return triangle.topLeftCorner(mean.size(), mean.size());
+    }
+
     Eigen::VectorXd mean;
-    Eigen::MatrixXd covariance;
+    Eigen::MatrixXd triangle;
     // Active x kept; when steps are deferred, the factor of it that stays: rank x kept.
     Eigen::MatrixXd cross;
   };
@@ -94,6 +102,8 @@ class CompressedEkf {
   Gain Solve(const Measurement& measurement) const;
   // Moves the active states by root^T residual, and takes root^T root from their covariance.
   Innovation Correct(const Gain& gain);
+  // The kept part, to be changed: copied first if another filter shares it.
+  KeptPart& Own();
   bool IsDeferred() const { return phi_.size() > 0; }
   // Begins to gather, where that pays.
   void Defer();
@@ -102,7 +112,7 @@ class CompressedEkf {
   Eigen::Index considered_;
   Eigen::VectorXd active_;
   Eigen::MatrixXd covariance_;
-  std::shared_ptr<const KeptPart> kept_;  // as of the last Flush, if steps are deferred
+  std::shared_ptr<KeptPart> kept_;  // as of the last Flush, if steps are deferred
   // Gathered since then: the covariance of active and kept states is phi_ * cross. Empty when steps
   // are not deferred.
   Eigen::MatrixXd phi_;

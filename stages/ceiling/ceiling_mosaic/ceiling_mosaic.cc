@@ -11,10 +11,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
-#include "pipeline/base/median.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
 #include "stages/ceiling/ceiling_mosaic/ceiling_heights.h"
+#include "stages/ceiling/ceiling_mosaic/counted_median.h"
 
 namespace nightmap {
 namespace {
@@ -105,7 +105,7 @@ class MosaicMaker {
 
   CeilingMosaic Make(Progress& progress, int num_threads) {
     const std::vector<Block> blocks = Blocks();
-    std::vector<std::vector<double>> deviations(blocks.size());
+    std::vector<CountedMedian> deviations(blocks.size());
     std::vector<std::size_t> num_covered(blocks.size());
     std::vector<std::map<std::size_t, std::string>> failures(blocks.size());
     progress.Start(blocks.size());
@@ -114,17 +114,17 @@ class MosaicMaker {
       progress.Advance();
     });
     progress.Finish();
-    std::vector<double> all;
+    CountedMedian all;
     std::map<std::size_t, std::string> failed;  // by view
     std::size_t covered = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      all.insert(all.end(), deviations[i].begin(), deviations[i].end());
+      all.Add(deviations[i]);
       covered += num_covered[i];
       failed.merge(failures[i]);
     }
     for (const auto& [view, failure] : failed) mosaic_.skipped.push_back(failure);
     mosaic_.covered_m2 = static_cast<double>(covered) * resolution_m_ * resolution_m_;
-    mosaic_.median_deviation = Median(std::move(all));
+    mosaic_.median_deviation = all.Get();
     return std::move(mosaic_);
   }
 
@@ -155,6 +155,21 @@ class MosaicMaker {
     return (place - place.cwiseMax(low).cwiseMin(high)).norm() <= reach_m_;
   }
 
+  // The part of a block, from its corner, that a view may show.
+  Block Reached(const CeilingView& view, const Block& block) const {
+    const Eigen::Vector2d away_m =
+        view.map_from_camera.translation.head<2>() - PlaceOf(block.x, block.y);
+    const auto pixel = [&](double offset_m, int size) {
+      return static_cast<int>(std::clamp(offset_m / resolution_m_, 0.0, static_cast<double>(size)));
+    };
+    Block reached;
+    reached.x = pixel(away_m.x() - reach_m_, block.width);
+    reached.y = pixel(-away_m.y() - reach_m_, block.height);
+    reached.width = pixel(away_m.x() + reach_m_ + resolution_m_, block.width) - reached.x;
+    reached.height = pixel(-away_m.y() + reach_m_ + resolution_m_, block.height) - reached.y;
+    return reached;
+  }
+
   void AddView(const CeilingView& view,
                const ColorImage& image,
                const Block& block,
@@ -163,8 +178,9 @@ class MosaicMaker {
     const Camera& camera = input_.camera;
     const double sigma_px = kWeightShare * 0.5 * camera.height;
     const double max_z = std::cos(kMaxAngle_rad);
-    for (int y = 0; y < block.height; ++y) {
-      for (int x = 0; x < block.width; ++x) {
+    const Block reached = Reached(view, block);
+    for (int y = reached.y; y < reached.y + reached.height; ++y) {
+      for (int x = reached.x; x < reached.x + reached.width; ++x) {
         const Eigen::Vector2d place = PlaceOf(block.x + x, block.y + y);
         const Eigen::Vector3d point =
             camera_from_map * Eigen::Vector3d(place.x(), place.y(), heights_->At_m(place));
@@ -186,7 +202,7 @@ class MosaicMaker {
 
   // The number of pixels that a view saw, and the deviations of those that several saw.
   std::size_t Draw(const Block& block,
-                   std::vector<double>* deviations,
+                   CountedMedian* deviations,
                    std::map<std::size_t, std::string>* failures) {
     std::vector<Sum> sums(static_cast<std::size_t>(block.width) *
                           static_cast<std::size_t>(block.height));
@@ -215,7 +231,7 @@ class MosaicMaker {
         }
         if (sum.num_views < 2) continue;
         const double variance = sum.square / sum.weight - std::pow(Brightness(sum.color), 2);
-        deviations->push_back(std::sqrt(std::max(0.0, variance)));
+        deviations->Add(std::sqrt(std::max(0.0, variance)));
       }
     }
     return num_covered;
@@ -239,22 +255,6 @@ CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
         {{"map"}}, InputError::Remedy::kInText, "has no landmark: the ceiling's height is unknown");
   }
   return MosaicMaker(options, input).Make(progress, num_threads);
-}
-
-std::string MosaicToWorldFile(const CeilingMosaic& mosaic) {
-  const double half_m = 0.5 * mosaic.resolution_m;
-  return fmt::format("{0:.9f}\n0\n0\n-{0:.9f}\n{1:.9f}\n{2:.9f}\n",
-                     mosaic.resolution_m,
-                     mosaic.origin.x() + half_m,
-                     mosaic.origin.y() + mosaic.picture.height * mosaic.resolution_m - half_m);
-}
-
-std::string MosaicToYaml(const CeilingMosaic& mosaic, const std::string& image_name) {
-  return fmt::format("image: {}\nresolution: {:.9f}\norigin: [{:.9f}, {:.9f}, 0.0]\n",
-                     image_name,
-                     mosaic.resolution_m,
-                     mosaic.origin.x(),
-                     mosaic.origin.y());
 }
 
 }  // namespace nightmap

@@ -44,8 +44,8 @@ struct CeilingMosaic {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // m, of the lower left corner
   double resolution_m = 0;
   double covered_m2 = 0;
-  // Median over the pixels that several views saw of the deviation of their brightness, 0 to 255:
-  // small where poses, heights and exposure agree.
+  // Median, to 0.01, over the pixels that several views saw of the deviation of their brightness, 0
+  // to 255: small where poses, heights and exposure agree.
   double median_deviation = 0;
   std::vector<std::string> skipped;  // views that cannot be read, and why
 };
@@ -61,9 +61,5 @@ CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
                                const CeilingMosaicInput& input,
                                Progress& progress,
                                int num_threads);
-
-// The mosaic's place: six lines of an ESRI world file, and YAML as of maps of floors.
-std::string MosaicToWorldFile(const CeilingMosaic& mosaic);
-std::string MosaicToYaml(const CeilingMosaic& mosaic, const std::string& image_name);
 
 }  // namespace nightmap

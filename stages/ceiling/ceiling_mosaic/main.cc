@@ -6,6 +6,7 @@
 #include "pipeline/program/stage_main.h"
 #include "stages/ceiling/ceiling_mosaic/ceiling_mosaic.h"
 #include "stages/ceiling/ceiling_mosaic/choose_views.h"
+#include "stages/ceiling/ceiling_mosaic/mosaic_files.h"
 
 namespace nightmap {
 namespace {

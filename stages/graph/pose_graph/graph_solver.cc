@@ -59,7 +59,7 @@ GraphSolver::GraphSolver(const std::vector<PoseEdge>& edges,
 void GraphSolver::Layout(const std::vector<std::vector<int>>& neighbours) {
   std::vector<bool> is_free(poses_.size(), true);
   is_free[0] = false;
-  pattern_ = MakeBlockPattern(is_free, neighbours, 0);
+  pattern_ = MakeBlockPattern(is_free, neighbours, 6, 0);
   diagonal_.resize(poses_.size() - 1);
   gradient_.resize(pattern_.lower.rows());
   const auto by_rank = [&](int pose) { return pattern_.rank[static_cast<std::size_t>(pose)]; };

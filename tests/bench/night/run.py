@@ -26,9 +26,9 @@ def first_visit(folder):
     return odometry[: len(odometry) // 2]
 
 
-def inputs_of(job, folder, source, data):
+def inputs_of(job, folder, source, data, profile):
     """Port -> file, or list of the files of all shards. `source`, `data`: the real site and its recordings, of which queries are."""
-    declared, files = read_pipeline(str(CONFIGS)).jobs, {}
+    declared, files = read_pipeline(str(CONFIGS), profile).jobs, {}
     asks = any(given.job == "queries" for given in job.inputs)
     for given in job.inputs:
         if given.source == "data":
@@ -42,9 +42,9 @@ def inputs_of(job, folder, source, data):
     return files
 
 
-def run(job, programs, folder, source, data):
-    """Runs a job on a site; returns its StageResult. Raises DataError when its program fails."""
+def run(job, programs, folder, source, data, profile="default"):
+    """Runs a job of a profile on a site; returns its StageResult. Raises DataError when its program fails."""
     for name in job.outputs.values():
         (folder / job.name / name).parent.mkdir(parents=True, exist_ok=True)
     [config] = CONFIGS.glob(f"*/default/{job.options}.toml")
-    return programs.run(job.program, inputs_of(job, folder, source, data), job.outputs, folder / job.name, config)
+    return programs.run(job.program, inputs_of(job, folder, source, data, profile), job.outputs, folder / job.name, config)

@@ -56,7 +56,7 @@ void SeeTheSamePoints(Whole* input) {
       }
     }
   }
-  for (FramePair& loop : input->loops) {
+  for (FramePair& loop : input->all_loops) {
     for (int i = 0; i < 50; ++i) loop.inliers.push_back({i, i});
   }
 }

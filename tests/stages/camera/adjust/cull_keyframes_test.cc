@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 
+#include "stages/camera/adjust/merged_tracks.h"
+
 namespace nightmap::cull_keyframes_test {
 
 // Keyframes 0, 10, 20, .. along a path on which each sees the 400 points about it, 100 of them new;
@@ -85,7 +87,7 @@ TEST(CullKeyframes, NeighboursStillShareWhatMeasuresTheirMotion) {
 
 TEST(CullKeyframes, DroppedFramesLeaveTheTracks) {
   const std::vector<Track> all = {{{0, 1}, {10, 2}, {20, 3}}, {{10, 5}, {20, 6}}};
-  EXPECT_EQ(WithoutFrames(all, {10}), TrackList({{{0, 1}, {20, 3}}}));
+  EXPECT_EQ(WithoutFrames(all, {10}), TrackList(std::vector<Track>{{{0, 1}, {20, 3}}}));
 }
 
 }  // namespace nightmap::cull_keyframes_test

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/ceiling/ceiling_mosaic/ceiling_mosaic.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
+#include "pipeline/base/random.h"
 #include "stages/ceiling/ceiling_mosaic/ceiling_heights.h"
 #include "stages/ceiling/ceiling_mosaic/choose_views.h"
+#include "stages/ceiling/ceiling_mosaic/counted_median.h"
+#include "stages/ceiling/ceiling_mosaic/mosaic_files.h"
 #include "tests/test_data.h"
 
 namespace nightmap::ceiling_mosaic_test {
@@ -152,6 +156,22 @@ TEST(CeilingMosaic, WorldFileAndYamlTellThePlace) {
   EXPECT_EQ(
       MosaicToYaml(mosaic, "mosaic.png"),
       "image: mosaic.png\nresolution: 0.500000000\norigin: [-1.000000000, 2.000000000, 0.0]\n");
+}
+
+TEST(CountedMedian, IsThatOfTheListOfAllValues) {
+  Random random(3, 0, 0);
+  EXPECT_EQ(CountedMedian().Get(), 0);
+  for (const std::size_t num : {1U, 2U, 7U, 1001U}) {
+    CountedMedian first, second;
+    std::vector<double> all;
+    for (std::size_t i = 0; i < num; ++i) {
+      all.push_back(std::abs(20 * random.Gaussian()));
+      (i % 3 == 0 ? first : second).Add(all.back());
+    }
+    first.Add(second);
+    std::ranges::sort(all);
+    EXPECT_NEAR(first.Get(), all[num / 2], 0.0051) << num;
+  }
 }
 
 TEST(CeilingHeights, AreTheMedianOfTheLandmarksAround) {

@@ -175,7 +175,7 @@ TEST(GraphSolver, EachStepLowersTheCost) {
     const GraphSummary summary = solver.Solve(Ones(scene), 1);
     EXPECT_EQ(summary.num_steps, 1);
     EXPECT_LT(summary.final_cost, summary.initial_cost);
-    EXPECT_LE(summary.initial_cost, cost);
+    EXPECT_LE(summary.initial_cost, cost * (1 + 1e-12));  // the sum of gains rounds
     cost = summary.final_cost;
   }
 }
