@@ -97,10 +97,15 @@ class Site:
         return [f"{figures['num_located']} of {figures['num_queries']}", f"{100 * figures['median_m']:.2f}", str(figures["num_wrong"])]
 
 
-def cost_rows(sites, programs):
+def programs_of(sites):
+    """Names of the programs that ran, or failed, in order."""
+    return list(dict.fromkeys(name for _, costs, failure in sites for name in (*costs, *failure)))
+
+
+def cost_rows(sites):
     """A row per program and size. Ratios are to the first size."""
     rows = []
-    for program in programs:
+    for program in programs_of(sites):
         first = None
         for num_frames, costs, failure in sites:
             if program in failure:
@@ -163,7 +168,7 @@ def main():
             site.map()
             sites.append((site.composer.num_frames, site.costs, site.failure))
             errors.append(site.errors())
-        text = markdown(TITLES, cost_rows(sites, [job.name for job in run.jobs_of_whole()])) + "\n" + markdown(ERRORS, errors, 0)
+        text = markdown(TITLES, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
         print(text, flush=True)
     if arguments.plot:
         plot(arguments.plot, sites)

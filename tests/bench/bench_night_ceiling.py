@@ -76,7 +76,7 @@ def main():
                                         profile=PROFILE)  # fmt: skip
             sites.append((night.num_frames, *costs_of(jobs(), folder, run_one)))
             errors += error_rows(night, truth, folder)
-        text = markdown(TITLES, cost_rows(sites, JOBS)) + "\n" + markdown(ERRORS, errors, 0)
+        text = markdown(TITLES, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
         print(text, flush=True)
     put_into_page(arguments, "bench_night_ceiling", text)
 

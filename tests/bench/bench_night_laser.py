@@ -55,7 +55,7 @@ def main():
     parser.add_argument("--scans", type=int, nargs="+", default=[5_000, 50_000, 200_000])
     add_limits(parser)
     arguments = parser.parse_args()
-    source, names = Source(arguments.site_dir), [job.name for job in laser_run.jobs_of_whole()]
+    source = Source(arguments.site_dir)
     sites, errors = [], []
     for num_scans in arguments.scans:
         with tempfile.TemporaryDirectory(dir=arguments.folder, ignore_cleanup_errors=True) as folder:
@@ -63,7 +63,7 @@ def main():
         sites.append(site)
         errors.append(row)
         titles = [title.replace("frame", "scan") for title in TITLES]
-        text = markdown(titles, cost_rows(sites, names)) + "\n" + markdown(ERRORS, errors, 0)
+        text = markdown(titles, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
         print(text, flush=True)
     put_into_page(arguments, "bench_night_laser", text)
 
