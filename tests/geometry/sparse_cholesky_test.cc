@@ -58,8 +58,7 @@ TEST(SparseCholesky, AFactorThatDoesNotFitIsAnError) {
 TEST(SparseCholesky, APatternThatDoesNotFitIsAnError) {
   SparseCholesky cholesky("use more memory");
   const FailingCholmod without_memory(100);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, (cholesky.Analyze(Lower(1)), true), "use more memory");
+  NIGHTMAP_EXPECT_ERROR(DataError, (cholesky.Analyze(Lower(1)), true), "use more memory");
 }
 
 TEST(SparseCholesky, MoreEntriesThanAnIndexCountsAreAnError) {
