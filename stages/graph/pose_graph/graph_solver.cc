@@ -26,8 +26,7 @@ std::vector<std::vector<int>> Neighbours(std::size_t num_nodes,
   }
   for (std::vector<int>& others : neighbours) {
     std::ranges::sort(others);
-    const auto repeated = std::ranges::unique(others);
-    others.erase(repeated.begin(), repeated.end());
+    others.erase(std::unique(others.begin(), others.end()), others.end());
   }
   return neighbours;
 }

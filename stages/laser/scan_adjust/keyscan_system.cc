@@ -23,7 +23,7 @@ KeyscanSystem::KeyscanSystem(std::size_t num_keyscans,
   }
   for (std::size_t i = 0; i < num_keyscans; ++i) pairs.emplace_back(i, i);
   std::ranges::sort(pairs);
-  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   lower_.reserve(9 * static_cast<Eigen::Index>(pairs.size()));
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const auto end = std::find_if(
