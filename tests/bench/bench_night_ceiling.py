@@ -76,7 +76,8 @@ def main():
                                         profile=PROFILE)  # fmt: skip
             sites.append((night.num_frames, *costs_of(jobs(), folder, run_one)))
             errors += error_rows(night, truth, folder)
-        text = markdown(TITLES, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
+        titles = [title.replace("frame", "picture") for title in TITLES]
+        text = markdown(titles, cost_rows(sites)) + "\n" + markdown(ERRORS, errors, 0)
         print(text, flush=True)
     put_into_page(arguments, "bench_night_ceiling", text)
 
