@@ -113,7 +113,13 @@ double GraphSolver::TakeStep(const std::vector<double>& weights, double cost) {
     const auto step = Step(damping_);
     if (!step) continue;
     std::vector<Rigid3> moved = Moved(*step);
-    const double gain = cost - Cost(weights, moved);
+    std::vector<Rigid3> along_tree = MovedAlongTree(*step);
+    double gain = cost - Cost(weights, moved);
+    const double gain_along_tree = cost - Cost(weights, along_tree);
+    if (gain_along_tree > gain) {
+      gain = gain_along_tree;
+      moved = std::move(along_tree);
+    }
     if (gain > 0) {
       poses_ = std::move(moved);
       damping_ = std::max(kMinDamping, damping_ / 100);
@@ -176,20 +182,31 @@ std::optional<Eigen::VectorXd> GraphSolver::Step(double damping) {
   return cholesky_.Solve(pattern_.lower, -gradient_);
 }
 
-// Poses after a step: relative poses along the tree move by as much as the step moves one end
-// against the other.
+// Each pose after a step.
 std::vector<Rigid3> GraphSolver::Moved(const Eigen::VectorXd& step) const {
   std::vector<Rigid3> moved = poses_;
-  const auto step_of = [&](std::size_t node) -> Vector6d {
-    if (node == 0) return Vector6d::Zero();
-    return step.segment<6>(6 * pattern_.rank[node]);
-  };
+  for (std::size_t node = 1; node < moved.size(); ++node) {
+    moved[node] = poses_[node] * PerturbLeft(StepOf(step, node), Rigid3());
+  }
+  return moved;
+}
+
+// The same to the first order: relative poses along the tree move by as much as the step moves one
+// end against the other.
+std::vector<Rigid3> GraphSolver::MovedAlongTree(const Eigen::VectorXd& step) const {
+  std::vector<Rigid3> moved = poses_;
   for (const auto& [parent, child] : tree_) {
     const Rigid3 child_from_parent = poses_[child].Inverse() * poses_[parent];
-    const Vector6d relative = step_of(child) - Adjoint(child_from_parent) * step_of(parent);
+    const Vector6d relative =
+        StepOf(step, child) - Adjoint(child_from_parent) * StepOf(step, parent);
     moved[child] = moved[parent] * child_from_parent.Inverse() * PerturbLeft(relative, Rigid3());
   }
   return moved;
+}
+
+Vector6d GraphSolver::StepOf(const Eigen::VectorXd& step, std::size_t node) const {
+  if (node == 0) return Vector6d::Zero();
+  return step.segment<6>(6 * pattern_.rank[node]);
 }
 
 double GraphSolver::Cost(const std::vector<double>& weights,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weighted least squares over a pose graph, by Gauss and Newton with Marquardt's damping (1963)
 // where a step does not lower the cost. The order of elimination is found once; a step costs one
-// sparse factorization. Steps are applied to the relative poses along a breadth-first tree of the
-// edges: a part that turns as a whole then keeps its shape, while poses that are moved one by one
-// along the tangent tear it apart, so that a long way needs hundreds of short steps.
+// sparse factorization. A step is applied in two ways, which agree to the first order, and the one
+// that lowers the cost more is taken: to each pose, or to the relative poses along a breadth-first
+// tree of the edges. Along the tree a part that turns as a whole keeps its shape, so that a long
+// way needs few steps; a large ring, which the tree cuts open, does better pose by pose.
 #pragma once
 
 #include <Eigen/Core>
@@ -56,6 +57,8 @@ class GraphSolver {
   double TakeStep(const std::vector<double>& weights, double cost);
   std::optional<Eigen::VectorXd> Step(double damping);
   std::vector<Rigid3> Moved(const Eigen::VectorXd& step) const;
+  std::vector<Rigid3> MovedAlongTree(const Eigen::VectorXd& step) const;
+  Vector6d StepOf(const Eigen::VectorXd& step, std::size_t node) const;
   double Cost(const std::vector<double>& weights, const std::vector<Rigid3>& poses) const;
 
   std::vector<Rigid3> poses_;

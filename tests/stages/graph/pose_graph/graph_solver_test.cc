@@ -2,6 +2,7 @@
 #include "stages/graph/pose_graph/graph_solver.h"
 
 #include <limits>
+#include <numbers>
 
 #include "pipeline/base/random.h"
 #include "tests/geometry/pose_matches.h"
@@ -147,6 +148,34 @@ TEST(GraphSolver, TheFirstPoseStaysAndAnEdgeWithoutWeightCountsForNothing) {
   for (std::size_t i = 0; i < kNumNodes; ++i) {
     EXPECT_LT((with.Poses()[i].translation - without.Poses()[i].translation).norm(), 1e-4);
   }
+}
+
+// Two laps, of which each place of the second is tied to the first. The odometry's heading drifts
+// by a radian and more, so that the start is bent: moved one by one along the tangent, poses need
+// many more steps.
+TEST(GraphSolver, ALongWayThatIsBentIsStraightInFewSteps) {
+  constexpr int kLap = 1000;
+  const auto truth = [](int i) {
+    const double angle = 2 * std::numbers::pi * (i % kLap) / kLap;
+    return Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ())),
+                  {40 * std::sin(angle), -40 * std::cos(angle), 0}};
+  };
+  Random random(4);
+  std::vector<PoseEdge> edges;
+  std::map<int, Rigid3> start = {{0, truth(0)}};
+  for (int i = 1; i < 2 * kLap; ++i) {
+    Rigid3 b_from_a = truth(i).Inverse() * truth(i - 1);
+    Vector6d noise = Noise(0.002, random);
+    noise[2] += 0.001;  // of the heading
+    b_from_a = PerturbLeft(noise, b_from_a);
+    edges.push_back({i - 1, i, b_from_a, 1e-5 * Matrix6d::Identity(), false});
+    start[i] = start[i - 1] * b_from_a.Inverse();
+    if (i < kLap) continue;
+    const Rigid3 loop = truth(i).Inverse() * truth(i - kLap);
+    edges.push_back({i - kLap, i, loop, 1e-5 * Matrix6d::Identity(), false});
+  }
+  GraphSolver solver(edges, start);
+  EXPECT_TRUE(solver.Solve(std::vector<double>(edges.size(), 1), 15).has_converged);
 }
 
 // Where a loop that joins a part has lost its weight, nothing holds the part.
