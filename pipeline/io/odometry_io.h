@@ -35,6 +35,11 @@ struct PoseEdge {
   bool is_bridge = false;  // only a guess joins the two sides: weight it loosely
 };
 
+// Sigmas of a bridge between recordings: another one may begin anywhere on a site. A limit of
+// several sigmas must not refuse a true loop between the ends of the largest.
+inline constexpr double kAnywhereSigma_rad = 3;
+inline constexpr double kAnywhereSigma_m = 1000;
+
 // `frames` are the shard's own. Frames of the previous shard appear only in the first edge and in
 // the tracks; their poses belong to their own shard. The last own frame is always a keyframe, so
 // that the next shard's first edge has both ends.

@@ -20,8 +20,6 @@ constexpr double kKeyframeMinOverlap = 0.5;
 // Standard deviation of the velocity through a gap in the tracking.
 constexpr double kBridge_m_per_s = 1.0;
 constexpr double kBridge_rad_per_s = 1.0;  // and of the turning speed
-constexpr double kMaxBridgeSigma_m = 100;
-constexpr double kMaxBridgeSigma_rad = 3;
 
 using TracksOfFrames = std::vector<std::map<int, int>>;  // by frame: track -> feature
 
@@ -154,8 +152,8 @@ class KeyframeGraph {
     const double gap_s = frame_a.sequence_idx == frame_b.sequence_idx
                              ? 1e-9 * static_cast<double>(frame_b.time_ns - frame_a.time_ns)
                              : std::numeric_limits<double>::infinity();
-    const double sigma_rad = std::min(kMaxBridgeSigma_rad, gap_s * kBridge_rad_per_s);
-    const double sigma_m = std::min(kMaxBridgeSigma_m, gap_s * kBridge_m_per_s);
+    const double sigma_rad = std::min(kAnywhereSigma_rad, gap_s * kBridge_rad_per_s);
+    const double sigma_m = std::min(kAnywhereSigma_m, gap_s * kBridge_m_per_s);
     Matrix6d covariance = Matrix6d::Zero();
     covariance.diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
     covariance.diagonal().tail<3>().setConstant(sigma_m * sigma_m);

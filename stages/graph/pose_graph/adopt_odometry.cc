@@ -9,13 +9,10 @@
 namespace nightmap {
 namespace {
 
-// Sigmas of a bridge, over which nothing was measured.
-constexpr double kBridgeSigma_rad = 3;
-constexpr double kBridgeSigma_m = 100;
-
 Matrix6d BridgeCovariance() {
   Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(kBridgeSigma_rad), Eigen::Vector3d::Constant(kBridgeSigma_m);
+  sigma << Eigen::Vector3d::Constant(kAnywhereSigma_rad),
+      Eigen::Vector3d::Constant(kAnywhereSigma_m);
   return sigma.cwiseAbs2().asDiagonal();
 }
 

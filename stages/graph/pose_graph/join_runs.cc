@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "stages/graph/pose_graph/drift_gate.h"
@@ -39,9 +40,10 @@ class RunJoiner {
     for (std::size_t i = 0; i < open_.size(); i += step) {
       const Loops& same = rivals.at(gate_.TreesOf(*open_[i]));
       if (same.size() <= best_support) continue;
-      const std::size_t support = Support(*open_[i], same);
-      if (support > best_support) best = open_[i];
-      best_support = std::max(best_support, support);
+      if (const auto support = LargerSupport(*open_[i], same, best_support)) {
+        best = open_[i];
+        best_support = *support;
+      }
     }
     if (best) gate_.Join(*best);
     return best != nullptr;
@@ -67,10 +69,17 @@ class RunJoiner {
     return loops;
   }
 
-  std::size_t Support(const PoseEdge& hypothesis, const Loops& loops) const {
+  // How many loops agree, if more than `least` do.
+  std::optional<std::size_t> LargerSupport(const PoseEdge& hypothesis,
+                                           const Loops& loops,
+                                           std::size_t least) const {
     const JoinedTrees joined(gate_, hypothesis);
-    return static_cast<std::size_t>(std::ranges::count_if(
-        loops, [&](const PoseEdge* loop) { return joined.Distance(*loop) <= max_drift_; }));
+    std::size_t may_agree = loops.size();
+    for (const PoseEdge* loop : loops) {
+      if (joined.Distance(*loop) <= max_drift_) continue;
+      if (--may_agree <= least) return std::nullopt;
+    }
+    return may_agree;
   }
 
   double max_drift_;

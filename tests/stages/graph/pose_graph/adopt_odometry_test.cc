@@ -117,6 +117,29 @@ TEST(AdoptOdometry, LoopsJoinWhatABridgeParts) {
   EXPECT_LT(WorstError_m(result), 0.5);
 }
 
+// A drive of 3 km, and then another that begins again where the first did.
+TEST(AdoptOdometry, LoopsJoinRecordingsThatBeginFarApart) {
+  constexpr int kNumNodes = 31;
+  SensorEdges laser = {"laser", {}};
+  const auto drive = [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      laser.edges.push_back(MakeEdge(EdgeKind::kOdometry, i, i + 1));
+      laser.edges.back().target_from_source = {Eigen::Quaterniond::Identity(), {-100, 0, 0}};
+    }
+  };
+  drive(0, kNumNodes - 1);
+  drive(kNumNodes, kNumNodes + 4);
+  SensorEdges loops = {"laser", {}};
+  for (int i = 0; i < 5; ++i) {
+    loops.edges.push_back(MakeEdge(EdgeKind::kLoop, i, kNumNodes + i));
+    loops.edges.back().target_from_source = {};
+  }
+  const PoseGraphResult result = Optimize(Adopted({laser, loops}));
+  for (const LoopRecord& loop : result.loops) EXPECT_TRUE(loop.is_accepted) << loop.reason;
+  EXPECT_EQ(result.parts.size(), 1U);
+  EXPECT_LT(result.graph_from_camera[kNumNodes].translation.norm(), 1e-3);
+}
+
 TEST(AdoptOdometry, MotionsThatOverlapAreRefused) {
   SensorEdges laser = Drifted();
   laser.edges[5].source_time_ns -= 1;
