@@ -16,6 +16,7 @@ constexpr double kMinGain = 1e-6;    // of the cost; a smaller one is the last
 constexpr double kRounding = 1e-9;   // of the cost
 constexpr double kNoCost = 1e-12;    // per edge: rounding
 constexpr double kMinWeight = 1e-6;  // edges below it are left out
+constexpr std::size_t kMaxIdle = 10;  // a layout has at most one edge of so many without weight
 
 std::vector<std::vector<int>> Neighbours(std::size_t num_nodes,
                                          const std::vector<std::pair<int, int>>& pairs) {
@@ -42,28 +43,48 @@ GraphSolver::GraphSolver(const std::vector<PoseEdge>& edges,
     index.emplace_hint(index.end(), frame_idx, poses_.size());
     poses_.push_back(pose);
   }
-  std::vector<std::pair<int, int>> pairs;
   for (const PoseEdge& edge : edges) {
     errors_.emplace_back(edge);
-    const Ends& ends = ends_.emplace_back(Ends{index.at(edge.frame_a), index.at(edge.frame_b)});
+    ends_.push_back({index.at(edge.frame_a), index.at(edge.frame_b)});
+  }
+}
+
+// Whether all edges with weight are in the layout, and most others are not.
+bool GraphSolver::FitsLayout(const std::vector<double>& weights) const {
+  std::size_t num_idle = 0;
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    const bool has_weight = weights[i] >= kMinWeight;
+    if (has_weight && !ends_[i].is_in_layout) return false;
+    num_idle += !has_weight && ends_[i].is_in_layout;
+  }
+  return num_idle <= ends_.size() / kMaxIdle;
+}
+
+void GraphSolver::Layout(const std::vector<double>& weights) {
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    Ends& ends = ends_[i];
+    ends.is_in_layout = weights[i] >= kMinWeight;
+    if (!ends.is_in_layout) continue;
     pairs.emplace_back(static_cast<int>(ends.a), static_cast<int>(ends.b));
   }
   auto neighbours = Neighbours(poses_.size(), pairs);
   FindTree(neighbours);
   for (std::vector<int>& others : neighbours) std::erase(others, 0);  // the first pose is fixed
   neighbours.front().clear();
-  Layout(neighbours);
-}
-
-void GraphSolver::Layout(const std::vector<std::vector<int>>& neighbours) {
   std::vector<bool> is_free(poses_.size(), true);
   is_free[0] = false;
   pattern_ = MakeBlockPattern(is_free, neighbours, 6, 0);
   diagonal_.resize(poses_.size() - 1);
   gradient_.resize(pattern_.lower.rows());
+  FindSlots();
+  cholesky_.Analyze(pattern_.lower);
+}
+
+void GraphSolver::FindSlots() {
   const auto by_rank = [&](int pose) { return pattern_.rank[static_cast<std::size_t>(pose)]; };
   for (Ends& ends : ends_) {
-    if (ends.a == 0 || ends.b == 0) continue;
+    if (!ends.is_in_layout || ends.a == 0 || ends.b == 0) continue;
     ends.is_a_later = pattern_.rank[ends.a] > pattern_.rank[ends.b];
     const std::size_t earlier = ends.is_a_later ? ends.b : ends.a;
     const int later = pattern_.rank[ends.is_a_later ? ends.a : ends.b];
@@ -71,10 +92,10 @@ void GraphSolver::Layout(const std::vector<std::vector<int>>& neighbours) {
     const auto block = std::ranges::lower_bound(all, later, {}, by_rank) - all.begin();
     ends.slot = pattern_.lower.outerIndexPtr()[6 * pattern_.rank[earlier]] + 6 * (block + 1);
   }
-  if (poses_.size() > 1) cholesky_.Analyze(pattern_.lower);
 }
 
 void GraphSolver::FindTree(const std::vector<std::vector<int>>& neighbours) {
+  tree_.clear();
   std::vector<bool> is_reached(poses_.size(), false);
   is_reached[0] = true;
   std::vector<std::size_t> reached = {0};
@@ -91,6 +112,7 @@ void GraphSolver::FindTree(const std::vector<std::vector<int>>& neighbours) {
 }
 
 GraphSummary GraphSolver::Solve(const std::vector<double>& weights, int max_steps) {
+  if (poses_.size() > 1 && !FitsLayout(weights)) Layout(weights);
   GraphSummary summary;
   double cost = summary.initial_cost = Cost(weights, poses_);
   const double no_cost = kNoCost * static_cast<double>(ends_.size());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weighted least squares over a pose graph, by Gauss and Newton with Marquardt's damping (1963)
-// where a step does not lower the cost. The order of elimination is found once; a step costs one
-// sparse factorization. A step is applied in two ways, which agree to the first order, and the one
+// where a step does not lower the cost. A step costs one sparse factorization; its pattern is that
+// of the edges with weight, so that loops which lost theirs cost nothing. A step is applied in two ways, which agree to the first order, and the one
 // that lowers the cost more is taken: to each pose, or to the relative poses along a breadth-first
 // tree of the edges. Along the tree a part that turns as a whole keeps its shape, so that a long
 // way needs few steps; a large ring, which the tree cuts open, does better pose by pose.
@@ -30,7 +30,7 @@ struct GraphSummary {
 class GraphSolver {
  public:
   // `world_from_node` by index of its frame; the first is held fixed, as only relative poses are
-  // measured. The edges connect all. Throws DataError when the system is too large.
+  // measured. Edges that never lack weight connect all. Throws DataError when the system is too large.
   GraphSolver(const std::vector<PoseEdge>& edges, const std::map<int, Rigid3>& world_from_node);
 
   // Moves the poses by at most `max_steps` steps, `weights` in the order of the edges. Throws
@@ -46,12 +46,15 @@ class GraphSolver {
  private:
   struct Ends {
     std::size_t a = 0, b = 0;
-    std::ptrdiff_t slot = -1;  // of the block (later, earlier) in the values; -1: an end is fixed
+    bool is_in_layout = false;
     bool is_a_later = false;
+    std::ptrdiff_t slot = -1;  // of the block (later, earlier) in the values; -1: an end is fixed
   };
 
+  bool FitsLayout(const std::vector<double>& weights) const;
+  void Layout(const std::vector<double>& weights);
   void FindTree(const std::vector<std::vector<int>>& neighbours);
-  void Layout(const std::vector<std::vector<int>>& neighbours);
+  void FindSlots();
   void Linearize(const std::vector<double>& weights);
   void Add(const Ends& ends, double weight, const EdgeError::Linear& linear);
   double TakeStep(const std::vector<double>& weights, double cost);

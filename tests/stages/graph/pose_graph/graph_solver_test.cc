@@ -150,6 +150,26 @@ TEST(GraphSolver, TheFirstPoseStaysAndAnEdgeWithoutWeightCountsForNothing) {
   }
 }
 
+TEST(GraphSolver, EdgesLoseAndRegainTheirWeight) {
+  const Scene scene = MakeScene(0.05);
+  std::vector<double> chain_only = Ones(scene);
+  std::fill(chain_only.begin() + kNumNodes - 1, chain_only.end(), 0);
+  Scene chain = scene;
+  chain.edges.resize(kNumNodes - 1);
+  GraphSolver solver(scene.edges, scene.start);
+  const auto expect_as_of = [&](const Scene& expected, const std::vector<double>& weights) {
+    std::ignore = solver.Solve(weights, kMaxSteps);
+    GraphSolver fresh(expected.edges, scene.start);
+    std::ignore = fresh.Solve(Ones(expected), kMaxSteps);
+    for (std::size_t i = 0; i < kNumNodes; ++i) {
+      EXPECT_LT((solver.Poses()[i].translation - fresh.Poses()[i].translation).norm(), 1e-3);
+    }
+  };
+  expect_as_of(scene, Ones(scene));
+  expect_as_of(chain, chain_only);
+  expect_as_of(scene, Ones(scene));
+}
+
 // Two laps, of which each place of the second is tied to the first. The odometry's heading drifts
 // by a radian and more, so that the start is bent: moved one by one along the tangent, poses need
 // many more steps.
