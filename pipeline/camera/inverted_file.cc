@@ -87,12 +87,45 @@ void InvertedFile::SetInverseFrequencies() {
   }
 }
 
+InvertedFile::Bag InvertedFile::KnownWords(const std::vector<int>& words) const {
+  Bag bag = CountWords(words);
+  std::erase_if(bag, [&](const auto& counted) {
+    return counted.first < 0 || static_cast<std::size_t>(counted.first) >= NumWords();
+  });
+  return bag;
+}
+
 std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& words,
                                                       int count,
                                                       int before_frame_idx) const {
   const std::size_t end = before_frame_idx < 0
                               ? num_frames_
                               : std::min(num_frames_, static_cast<std::size_t>(before_frame_idx));
+  return Best(KnownWords(words), count, end);
+}
+
+std::vector<InvertedFile::Result> InvertedFile::QueryRarest(const std::vector<int>& words,
+                                                            int count,
+                                                            std::size_t min_words,
+                                                            std::size_t max_postings) const {
+  Bag bag = KnownWords(words);
+  const auto size = [&](const auto& counted) {
+    return NumPostings(static_cast<std::size_t>(counted.first));
+  };
+  std::ranges::stable_sort(bag, {}, size);
+  std::size_t num_postings = 0, num_words = 0;
+  while (num_words < bag.size() &&
+         (num_words < min_words || num_postings + size(bag[num_words]) <= max_postings)) {
+    num_postings += size(bag[num_words++]);
+  }
+  bag.resize(num_words);
+  std::ranges::sort(bag);
+  return Best(bag, count, num_frames_);
+}
+
+std::vector<InvertedFile::Result> InvertedFile::Best(const Bag& bag,
+                                                     int count,
+                                                     std::size_t end) const {
   std::vector<double> scores(end, 0.0);
   double squared_norm = 0;
   Postings postings;
@@ -103,9 +136,8 @@ std::vector<InvertedFile::Result> InvertedFile::Query(const std::vector<int>& wo
       scores[frame] += weight * static_cast<double>(weights[i]);
     }
   };
-  for (const auto& [word, num_occurrences] : CountWords(words)) {
+  for (const auto& [word, num_occurrences] : bag) {
     const auto w = static_cast<std::size_t>(word);
-    if (word < 0 || w >= NumWords()) continue;
     const double weight = num_occurrences * static_cast<double>(idf_[w]);
     squared_norm += weight * weight;
     if (read_) {

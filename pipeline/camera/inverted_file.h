@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace nightmap {
@@ -39,12 +40,23 @@ class InvertedFile {
                             int count,
                             int before_frame_idx = -1) const;
 
+  // Likewise, of all frames, by the rarest of the words, which tell places apart: as many as have
+  // `max_postings` in all, and at least `min_words`. So a query costs the same in a map of any size.
+  std::vector<Result> QueryRarest(const std::vector<int>& words,
+                                  int count,
+                                  std::size_t min_words,
+                                  std::size_t max_postings) const;
+
   std::size_t NumFrames() const { return num_frames_; }
   const std::vector<std::size_t>& Begins() const { return begins_; }
   // Those in memory.
   const Postings& AllPostings() const { return postings_; }
 
  private:
+  using Bag = std::vector<std::pair<int, int>>;  // words, and how often each occurs
+
+  Bag KnownWords(const std::vector<int>& words) const;  // ascending
+  std::vector<Result> Best(const Bag& bag, int count, std::size_t end_frame) const;
   std::size_t NumWords() const { return idf_.size(); }
   std::size_t NumPostings(std::size_t word) const { return begins_[word + 1] - begins_[word]; }
   void SetInverseFrequencies();

@@ -76,4 +76,31 @@ TEST(InvertedFileTest, BreaksTiesByFrameAndHonoursLimits) {
   EXPECT_TRUE(InvertedFile().Query({1}, 10).empty());
 }
 
+// Word k is in the frames from k on, so that higher words are rarer.
+TEST(InvertedFileTest, TheRarestWordsFillTheirLimits) {
+  std::vector<std::vector<int>> words(20);
+  for (int frame = 0; frame < 20; ++frame) {
+    for (int word = 0; word <= frame; ++word)
+      words[static_cast<std::size_t>(frame)].push_back(word);
+  }
+  const InvertedFile file(words);
+  const std::vector<int> query = {3, 19, 17, 16, 18, 3, 99};
+  const auto expect_as_of =
+      [&](const std::vector<int>& kept, std::size_t min_words, std::size_t max) {
+        const auto expected = file.Query(kept, 20);
+        const auto results = file.QueryRarest(query, 20, min_words, max);
+        ASSERT_EQ(results.size(), expected.size()) << min_words << " " << max;
+        for (std::size_t i = 0; i < results.size(); ++i) {
+          EXPECT_EQ(results[i].frame_idx, expected[i].frame_idx);
+          EXPECT_EQ(results[i].score, expected[i].score);
+        }
+      };
+  expect_as_of(query, 0, 1000);
+  expect_as_of({19, 17, 16, 18}, 0, 26);  // 1 + 2 + 3 + 4 postings, and 17 of word 3
+  expect_as_of({19, 17, 18}, 0, 9);
+  expect_as_of({19, 17, 18}, 3, 0);
+  expect_as_of(query, 5, 0);
+  expect_as_of({}, 0, 0);
+}
+
 }  // namespace nightmap::inverted_file_test

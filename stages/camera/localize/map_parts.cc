@@ -12,6 +12,10 @@ namespace {
 
 constexpr int kNumAlikeFrames = 200;   // retrieved per picture, keyframes or not
 constexpr int kNumAlikeKeyframes = 5;  // whose scores rank a region
+// Of the words by which parts are chosen, the rarest first. Those of half the map's frames tell no
+// places apart, only make all parts alike, and are most of what a query in a large map reads.
+constexpr std::size_t kMinWords = 100;
+constexpr std::size_t kMaxPostings = 500'000;
 
 // The keyframe of each frame, or -1, up to the last that is one.
 std::vector<int> FrameKeyframes(const std::vector<MapKeyframe>& keyframes) {
@@ -147,7 +151,8 @@ std::vector<AlikePart> MapParts::MostAlike(const FrameFeatures& features) const 
   };
   const auto words = vocabulary_.tree.LeafWords(features.descriptors, 1);
   std::vector<Keyframe> alike;
-  for (const auto& [frame_idx, score] : vocabulary_.frames.Query(words, kNumAlikeFrames)) {
+  for (const auto& [frame_idx, score] :
+       vocabulary_.frames.QueryRarest(words, kNumAlikeFrames, kMinWords, kMaxPostings)) {
     const auto frame = static_cast<std::size_t>(frame_idx);
     if (frame >= frame_keyframes_.size() || frame_keyframes_[frame] < 0) continue;
     alike.push_back({keyframe_regions_[static_cast<std::size_t>(frame_keyframes_[frame])], score});

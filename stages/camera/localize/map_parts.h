@@ -24,7 +24,8 @@ LandmarkMap ReadRegions(const MapInRegions& map,
                         const std::vector<std::size_t>& regions,
                         const VocabularyTree& tree);
 
-// A part, and how alike its keyframes are to a picture: the sum of the best scores of retrieval.
+// A part, and how alike its keyframes are to a picture: the sum of the best scores of retrieval by
+// the picture's rarest words.
 struct AlikePart {
   std::size_t part = 0;
   double score = 0;

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kMinDamping = 1e-13;  // keeps what no edge holds where it is
 constexpr double kMaxDamping = 1e3;
-constexpr double kMinGain = 1e-6;    // of the cost; a smaller one is the last
-constexpr double kRounding = 1e-9;   // of the cost
-constexpr double kNoCost = 1e-12;    // per edge: rounding
-constexpr double kMinWeight = 1e-6;  // edges below it are left out
+constexpr double kMinGain = 1e-6;     // of the cost; a smaller one is the last
+constexpr double kRounding = 1e-9;    // of the cost
+constexpr double kNoCost = 1e-12;     // per edge: rounding
+constexpr double kMinWeight = 1e-6;   // edges below it are left out
 constexpr std::size_t kMaxIdle = 10;  // a layout has at most one edge of so many without weight
 
 std::vector<std::vector<int>> Neighbours(std::size_t num_nodes,

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weighted least squares over a pose graph, by Gauss and Newton with Marquardt's damping (1963)
 // where a step does not lower the cost. A step costs one sparse factorization; its pattern is that
-// of the edges with weight, so that loops which lost theirs cost nothing. A step is applied in two ways, which agree to the first order, and the one
-// that lowers the cost more is taken: to each pose, or to the relative poses along a breadth-first
-// tree of the edges. Along the tree a part that turns as a whole keeps its shape, so that a long
-// way needs few steps; a large ring, which the tree cuts open, does better pose by pose.
+// of the edges with weight, so that loops which lost theirs cost nothing. A step is applied in two
+// ways, which agree to the first order, and the one that lowers the cost more is taken: to each
+// pose, or to the relative poses along a breadth-first tree of the edges. Along the tree a part
+// that turns as a whole keeps its shape, so that a long way needs few steps; a large ring, which
+// the tree cuts open, does better pose by pose.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,7 +31,8 @@ struct GraphSummary {
 class GraphSolver {
  public:
   // `world_from_node` by index of its frame; the first is held fixed, as only relative poses are
-  // measured. Edges that never lack weight connect all. Throws DataError when the system is too large.
+  // measured. Edges that never lack weight connect all. Throws DataError when the system is too
+  // large.
   GraphSolver(const std::vector<PoseEdge>& edges, const std::map<int, Rigid3>& world_from_node);
 
   // Moves the poses by at most `max_steps` steps, `weights` in the order of the edges. Throws
