@@ -9,7 +9,10 @@ namespace {
 
 constexpr int kMaxRounds = 40;
 constexpr int kMaxSteps = 30;  // over the accepted edges; a round of the graduation takes one
-constexpr double kMuFactor = 1.6;
+constexpr double kMinMuFactor = 1.6;
+// From the first control value to 1, however far off the worst loop is: a long night begins at a
+// millionth.
+constexpr double kGraduationRounds = 12;
 
 // Equation 14 of the paper: the weight of a truncated squared error at control value mu.
 double Weight(double error, double max_error, double mu) {
@@ -34,8 +37,9 @@ class Graduation {
   GraduationSummary Run() {
     UpdateErrors();
     double mu = FirstMu();
+    const double factor = std::max(kMinMuFactor, std::pow(mu, -1 / kGraduationRounds));
     int num_rounds = 0;
-    for (; num_rounds < kMaxRounds; ++num_rounds, mu *= kMuFactor) {
+    for (; num_rounds < kMaxRounds; ++num_rounds, mu *= factor) {
       for (GraphEdge& edge : edges_) {
         if (edge.is_loop) edge.weight = Weight(edge.error, max_loop_error_, mu);
       }
