@@ -2,6 +2,7 @@
 #include "stages/ceiling/ceiling_mosaic/ceiling_mosaic.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "pipeline/io/frame_failure.h"
 #include "stages/ceiling/ceiling_mosaic/ceiling_heights.h"
 #include "stages/ceiling/ceiling_mosaic/counted_median.h"
+#include "stages/ceiling/ceiling_mosaic/weighted_color.h"
 
 namespace nightmap {
 namespace {
@@ -31,16 +33,9 @@ struct Block {
   int x = 0, y = 0, width = 0, height = 0;  // px
 };
 
-// Sums over the views, of one pixel.
-struct Sum {
-  double weight = 0, color[3] = {0, 0, 0}, square = 0;
-  int num_views = 0;
-};
-
-double Brightness(const double* color) { return (color[0] + color[1] + color[2]) / 3; }
-
 // Bilinear; `pixel` is within the image.
-void Interpolate(const ColorImage& image, const Eigen::Vector2d& pixel, double* color) {
+Rgb Interpolate(const ColorImage& image, const Eigen::Vector2d& pixel) {
+  Rgb color;
   const int x = std::min(static_cast<int>(pixel.x()), image.width - 2);
   const int y = std::min(static_cast<int>(pixel.y()), image.height - 2);
   const double right = pixel.x() - x, down = pixel.y() - y;
@@ -48,8 +43,9 @@ void Interpolate(const ColorImage& image, const Eigen::Vector2d& pixel, double* 
     const double top = (1 - right) * image.At(x, y, channel) + right * image.At(x + 1, y, channel);
     const double bottom =
         (1 - right) * image.At(x, y + 1, channel) + right * image.At(x + 1, y + 1, channel);
-    color[channel] = (1 - down) * top + down * bottom;
+    color[static_cast<std::size_t>(channel)] = (1 - down) * top + down * bottom;
   }
+  return color;
 }
 
 // How far from below its camera a view shows the ceiling.
@@ -85,17 +81,10 @@ class MosaicMaker {
       low = low.min(place - reach_m_);
       high = high.max(place + reach_m_);
     }
+    FitResolution(options, (high - low).maxCoeff());
     mosaic_.resolution_m = resolution_m_;
     mosaic_.origin = ((low / resolution_m_).floor() * resolution_m_).matrix();
     const Eigen::Array2d size = ((high - mosaic_.origin.array()) / resolution_m_).ceil();
-    if (size.maxCoeff() > options.max_edge_px) {
-      throw UsageError(
-          "the ceiling's picture would have {:.0f} x {:.0f} pixels: raise "
-          "ceiling_mosaic.resolution_m, or ceiling_mosaic.max_edge_px = {}",
-          size.x(),
-          size.y(),
-          options.max_edge_px);
-    }
     mosaic_.picture = {static_cast<int>(size.x()), static_cast<int>(size.y()), 3, {}};
     mosaic_.picture.pixels.assign(
         static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 3, 0);
@@ -129,6 +118,21 @@ class MosaicMaker {
   }
 
  private:
+  // A night does not end because its ceiling is wide. The corner of the picture is rounded down to
+  // a pixel.
+  void FitResolution(const CeilingMosaicOptions& options, double widest_m) {
+    const double finest_m = widest_m / (options.max_edge_px - 1);
+    if (resolution_m_ >= finest_m) return;
+    resolution_m_ = finest_m;
+    spdlog::warn(
+        "a ceiling {:.0f} m wide has more than ceiling_mosaic.max_edge_px = {} pixels of {} m: its "
+        "picture has pixels of {:.4f} m",
+        widest_m,
+        options.max_edge_px,
+        options.resolution_m,
+        resolution_m_);
+  }
+
   std::vector<Block> Blocks() const {
     const ColorImage& picture = mosaic_.picture;
     std::vector<Block> blocks;
@@ -173,7 +177,7 @@ class MosaicMaker {
   void AddView(const CeilingView& view,
                const ColorImage& image,
                const Block& block,
-               std::vector<Sum>* sums) const {
+               std::vector<WeightedColor>* sums) const {
     const Rigid3 camera_from_map = view.map_from_camera.Inverse();
     const Camera& camera = input_.camera;
     const double sigma_px = kWeightShare * 0.5 * camera.height;
@@ -189,13 +193,8 @@ class MosaicMaker {
         if (!pixel || !camera.Contains(*pixel)) continue;
         const double away_px = std::hypot(pixel->x() - camera.cx, pixel->y() - camera.cy);
         const double weight = kMinWeight + std::exp(-0.5 * std::pow(away_px / sigma_px, 2));
-        double color[3];
-        Interpolate(image, *pixel, color);
-        Sum& sum = (*sums)[static_cast<std::size_t>(y * block.width + x)];
-        sum.weight += weight;
-        for (int channel = 0; channel < 3; ++channel) sum.color[channel] += weight * color[channel];
-        sum.square += weight * std::pow(Brightness(color), 2);
-        ++sum.num_views;
+        (*sums)[static_cast<std::size_t>(y * block.width + x)].Add(weight,
+                                                                   Interpolate(image, *pixel));
       }
     }
   }
@@ -204,8 +203,8 @@ class MosaicMaker {
   std::size_t Draw(const Block& block,
                    CountedMedian* deviations,
                    std::map<std::size_t, std::string>* failures) {
-    std::vector<Sum> sums(static_cast<std::size_t>(block.width) *
-                          static_cast<std::size_t>(block.height));
+    std::vector<WeightedColor> sums(static_cast<std::size_t>(block.width) *
+                                    static_cast<std::size_t>(block.height));
     for (std::size_t i = 0; i < input_.views.size(); ++i) {
       const CeilingView& view = input_.views[i];
       if (!Reaches(view, block)) continue;
@@ -221,17 +220,15 @@ class MosaicMaker {
     std::size_t num_covered = 0;
     for (int y = 0; y < block.height; ++y) {
       for (int x = 0; x < block.width; ++x) {
-        Sum sum = sums[static_cast<std::size_t>(y * block.width + x)];
-        if (sum.num_views == 0) continue;
+        const WeightedColor& sum = sums[static_cast<std::size_t>(y * block.width + x)];
+        if (sum.NumViews() == 0) continue;
         ++num_covered;
+        const Rgb mean = sum.Mean();
         for (int channel = 0; channel < 3; ++channel) {
-          sum.color[channel] /= sum.weight;
-          mosaic_.picture.At(block.x + x, block.y + y, channel) =
-              static_cast<std::uint8_t>(std::lround(std::clamp(sum.color[channel], 0.0, 255.0)));
+          mosaic_.picture.At(block.x + x, block.y + y, channel) = static_cast<std::uint8_t>(
+              std::lround(std::clamp(mean[static_cast<std::size_t>(channel)], 0.0, 255.0)));
         }
-        if (sum.num_views < 2) continue;
-        const double variance = sum.square / sum.weight - std::pow(Brightness(sum.color), 2);
-        deviations->Add(std::sqrt(std::max(0.0, variance)));
+        if (sum.NumViews() > 1) deviations->Add(sum.Deviation());
       }
     }
     return num_covered;

@@ -18,7 +18,8 @@ namespace nightmap {
 
 struct CeilingMosaicOptions {
   OPTION(double, resolution_m, 0.01, {0.001, 1}, "edge of a pixel of the mosaic");
-  OPTION(int, max_edge_px, 30000, {100, 100000}, "largest edge of the mosaic");
+  OPTION(int, max_edge_px, 30000, {100, 100000},
+         "largest edge of the mosaic; pixels of a wider ceiling are larger");
   OPTION(double, max_failed_ratio, 0.2, {0, 1},
          "fails when a larger share of the pictures cannot be read");
   REGISTER_OPTIONS();
@@ -53,10 +54,8 @@ struct CeilingMosaic {
 // Each pixel is the mean of all views of its point on the ceiling, whose weight falls from the
 // middle of a view to its border, so that no seam shows. The height of the ceiling is that of the
 // landmarks around (ceiling_heights.h). Blocks of the mosaic are made apart, with the views that
-// reach them: memory is that of the mosaic and of a view per thread. Throws UsageError when the
-// mosaic would be larger than `max_edge_px`, InputError of the port `map` without a landmark above
-// the camera.
-// Deterministic at any number of threads.
+// reach them: memory is that of the mosaic and of a view per thread. Throws InputError of the port
+// `map` without a landmark above the camera. Deterministic at any number of threads.
 CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
                                const CeilingMosaicInput& input,
                                Progress& progress,

@@ -135,11 +135,20 @@ TEST(CeilingMosaic, APictureThatCannotBeReadIsSkippedOnce) {
   EXPECT_LT(Difference(mosaic), 1.5);
 }
 
+TEST(CeilingMosaic, PixelsOfAWideCeilingAreLarger) {
+  CeilingMosaicOptions options;
+  options.max_edge_px = 150;
+  const CeilingMosaic coarse = Make(MakeInput(), options), fine = Make(MakeInput());
+  EXPECT_EQ(std::max(coarse.picture.width, coarse.picture.height), 150);
+  EXPECT_GT(coarse.resolution_m, fine.resolution_m);
+  EXPECT_NEAR(coarse.covered_m2 / fine.covered_m2, 1, 0.03);
+  EXPECT_LT((coarse.origin - fine.origin).cwiseAbs().maxCoeff(), coarse.resolution_m);
+  options.resolution_m = 10 * coarse.resolution_m;
+  EXPECT_EQ(Make(MakeInput(), options).resolution_m, options.resolution_m);
+}
+
 TEST(CeilingMosaic, SaysWhatItCannotDo) {
   CeilingMosaicInput input = MakeInput();
-  CeilingMosaicOptions options;
-  options.max_edge_px = 100;
-  EXPECT_THROW(Make(input, options), UsageError);
   for (auto& landmark : input.landmarks) landmark.z() = 0.2;
   EXPECT_THROW(Make(input), InputError);
   input.landmarks.clear();
