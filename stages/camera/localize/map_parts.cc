@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kNumAlikeFrames = 200;   // retrieved per picture, keyframes or not
 constexpr int kNumAlikeKeyframes = 5;  // whose scores rank a region
-// Of the words by which parts are chosen, the rarest first. Those of half the map's frames tell no
-// places apart, only make all parts alike, and are most of what a query in a large map reads.
+// The rarest words choose parts. Words of half the map's frames tell no places apart, only make all
+// parts alike, and are most of what a query in a large map reads.
 constexpr std::size_t kMinWords = 100;
 constexpr std::size_t kMaxPostings = 500'000;
 

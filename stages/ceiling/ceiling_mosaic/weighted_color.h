@@ -27,7 +27,7 @@ class WeightedColor {
   // There is a view.
   Rgb Mean() const { return {sum_[0] / weight_, sum_[1] / weight_, sum_[2] / weight_}; }
 
-  // Of the brightness.
+  // The brightness deviates by so much.
   double Deviation() const {
     const double variance = square_ / weight_ - std::pow(Brightness(Mean()), 2);
     return std::sqrt(std::max(0.0, variance));
