@@ -12,11 +12,12 @@ namespace {
 
 constexpr double kMinDamping = 1e-13;  // keeps what no edge holds where it is
 constexpr double kMaxDamping = 1e3;
-constexpr double kMinGain = 1e-6;     // of the cost; a smaller one is the last
-constexpr double kRounding = 1e-9;    // of the cost
-constexpr double kNoCost = 1e-12;     // per edge: rounding
-constexpr double kMinWeight = 1e-6;   // edges below it are left out
-constexpr std::size_t kMaxIdle = 10;  // a layout has at most one edge of so many without weight
+constexpr double kMinLength = 1.0 / 16;  // of a step, as a share of the one that was found
+constexpr double kMinGain = 1e-6;        // of the cost; a smaller one is the last
+constexpr double kRounding = 1e-9;       // of the cost
+constexpr double kNoCost = 1e-12;        // per edge: rounding
+constexpr double kMinWeight = 1e-6;      // edges below it are left out
+constexpr std::size_t kMaxIdle = 10;     // a layout has at most one edge of so many without weight
 
 std::vector<std::vector<int>> Neighbours(std::size_t num_nodes,
                                          const std::vector<std::pair<int, int>>& pairs) {
@@ -127,25 +128,21 @@ GraphSummary GraphSolver::Solve(const std::vector<double>& weights, int max_step
   return summary;
 }
 
-// Takes the longest step that lowers the cost; returns by how much. 0: none is expected to lower it
-// by more than rounding does.
+// Takes a step that lowers the cost; returns by how much. 0: none is expected to lower it by more
+// than rounding does.
 double GraphSolver::TakeStep(const std::vector<double>& weights, double cost) {
   const double no_gain = kRounding * cost + kNoCost * static_cast<double>(ends_.size());
   for (; damping_ < kMaxDamping; damping_ *= 100) {
     const auto step = Step(damping_);
     if (!step) continue;
-    std::vector<Rigid3> moved = Moved(*step);
-    std::vector<Rigid3> along_tree = MovedAlongTree(*step);
-    double gain = cost - Cost(weights, moved);
-    const double gain_along_tree = cost - Cost(weights, along_tree);
-    if (gain_along_tree > gain) {
-      gain = gain_along_tree;
-      moved = std::move(along_tree);
+    Trial best = Try(weights, *step);
+    for (double length = 0.5; best.cost >= cost && length >= kMinLength; length /= 2) {
+      best = Try(weights, length * *step);
     }
-    if (gain > 0) {
-      poses_ = std::move(moved);
+    if (best.cost < cost) {
+      poses_ = std::move(best.poses);
       damping_ = std::max(kMinDamping, damping_ / 100);
-      return gain;
+      return cost - best.cost;
     }
     if (-gradient_.dot(*step) / 2 <= no_gain) return 0;
   }
@@ -155,6 +152,15 @@ double GraphSolver::TakeStep(const std::vector<double>& weights, double cost) {
       poses_.size(),
       ends_.size(),
       cost);
+}
+
+// The better of the two ways to apply a step.
+GraphSolver::Trial GraphSolver::Try(const std::vector<double>& weights,
+                                    const Eigen::VectorXd& step) const {
+  Trial one_by_one{Moved(step), 0}, along_tree{MovedAlongTree(step), 0};
+  one_by_one.cost = Cost(weights, one_by_one.poses);
+  along_tree.cost = Cost(weights, along_tree.poses);
+  return along_tree.cost < one_by_one.cost ? std::move(along_tree) : std::move(one_by_one);
 }
 
 double GraphSolver::Error(std::size_t edge) const {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weighted least squares over a pose graph, by Gauss and Newton with Marquardt's damping (1963)
-// where a step does not lower the cost. A step costs one sparse factorization; its pattern is that
-// of the edges with weight, so that loops which lost theirs cost nothing. A step is applied in two
-// ways, which agree to the first order, and the one that lowers the cost more is taken: to each
-// pose, or to the relative poses along a breadth-first tree of the edges. Along the tree a part
-// that turns as a whole keeps its shape, so that a long way needs few steps; a large ring, which
-// the tree cuts open, does better pose by pose.
+// Weighted least squares over a pose graph, by Gauss and Newton. A step that does not lower
+// the cost is shortened, then damped (Marquardt 1963). A step costs one sparse factorization; its
+// pattern is that of the edges with weight, so that loops which lost theirs cost nothing. A step is
+// applied in two ways, which agree to the first order, and the one that lowers the cost more is
+// taken: to each pose, or to the relative poses along a breadth-first tree of the edges. Along the
+// tree a part that turns as a whole keeps its shape, so that a long way needs few steps; a large
+// ring, which the tree cuts open, does better pose by pose.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,6 +59,12 @@ class GraphSolver {
   void FindSlots();
   void Linearize(const std::vector<double>& weights);
   void Add(const Ends& ends, double weight, const EdgeError::Linear& linear);
+  struct Trial {
+    std::vector<Rigid3> poses;
+    double cost;
+  };
+
+  Trial Try(const std::vector<double>& weights, const Eigen::VectorXd& step) const;
   double TakeStep(const std::vector<double>& weights, double cost);
   std::optional<Eigen::VectorXd> Step(double damping);
   std::vector<Rigid3> Moved(const Eigen::VectorXd& step) const;

@@ -198,6 +198,35 @@ TEST(GraphSolver, ALongWayThatIsBentIsStraightInFewSteps) {
   EXPECT_TRUE(solver.Solve(std::vector<double>(edges.size(), 1), 15).has_converged);
 }
 
+// One lap of 2.5 km whose odometry misses its start by a radian and by hundreds of metres, and the
+// loops that close it: however a full step is applied, it goes too far.
+TEST(GraphSolver, ALargeRingIsClosedInFewSteps) {
+  constexpr int kLap = 5000;
+  const auto truth = [](int i) {
+    const double angle = 2 * std::numbers::pi * i / kLap;
+    return Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ())),
+                  {400 * std::sin(angle), -400 * std::cos(angle), 0}};
+  };
+  Random random(4);
+  std::vector<PoseEdge> edges;
+  std::map<int, Rigid3> start = {{0, truth(0)}};
+  for (int i = 1; i < kLap; ++i) {
+    Vector6d noise = Noise(0.002, random);
+    noise[2] += 0.0002 + 0.002 * std::sin(0.002 * i);  // of the heading
+    const Rigid3 b_from_a = PerturbLeft(noise, truth(i).Inverse() * truth(i - 1));
+    edges.push_back({i - 1, i, b_from_a, 1e-5 * Matrix6d::Identity(), false});
+    start[i] = start[i - 1] * b_from_a.Inverse();
+  }
+  for (int i = 0; i < 10; ++i) {
+    const Rigid3 loop = truth(kLap - 1 - i).Inverse() * truth(i);
+    edges.push_back({i, kLap - 1 - i, loop, 1e-5 * Matrix6d::Identity(), false});
+  }
+  GraphSolver solver(edges, start);
+  const GraphSummary summary = solver.Solve(std::vector<double>(edges.size(), 1), 30);
+  EXPECT_TRUE(summary.has_converged);
+  EXPECT_LT(summary.final_cost, 0.01 * summary.initial_cost);
+}
+
 // Where a loop that joins a part has lost its weight, nothing holds the part.
 TEST(GraphSolver, APartThatNothingHoldsKeepsItsShape) {
   const Scene scene = MakeScene(0);
