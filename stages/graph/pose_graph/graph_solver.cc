@@ -128,8 +128,7 @@ GraphSummary GraphSolver::Solve(const std::vector<double>& weights, int max_step
   return summary;
 }
 
-// Takes a step that lowers the cost; returns by how much. 0: none is expected to lower it by more
-// than rounding does.
+// Returns by how much the cost falls; 0: no step is expected to lower it by more than rounding.
 double GraphSolver::TakeStep(const std::vector<double>& weights, double cost) {
   const double no_gain = kRounding * cost + kNoCost * static_cast<double>(ends_.size());
   for (; damping_ < kMaxDamping; damping_ *= 100) {

@@ -4,95 +4,19 @@
 #include <limits>
 #include <numbers>
 
-#include "pipeline/base/random.h"
-#include "tests/geometry/pose_matches.h"
+#include "tests/stages/graph/pose_graph/graph_scene.h"
 #include "tests/test_data.h"
 
 namespace nightmap::graph_solver_test {
 
-constexpr int kNumNodes = 40;
 constexpr int kMaxSteps = 50;
 
-Vector6d Noise(double sigma, Random& random) {
-  Vector6d noise;
-  for (int i = 0; i < 6; ++i) noise[i] = sigma * random.Gaussian();
-  return noise;
-}
-
-struct Scene {
-  std::vector<PoseEdge> edges;
-  std::map<int, Rigid3> truth;
-  std::map<int, Rigid3> start;
-};
-
-// A chain of frames 3, 10, 17 .. and as many edges between random ends, in both directions.
-Scene MakeScene(double noise) {
-  Scene scene;
-  Random random(5);
-  std::vector<std::pair<int, int>> pairs;
-  for (int i = 0; i < kNumNodes; ++i) {
-    scene.truth[7 * i + 3] = RandomPose(random);
-    if (i > 0) pairs.emplace_back(i - 1, i);
-  }
-  for (int k = 0; k < kNumNodes; ++k) {
-    const int a = static_cast<int>(random.Index(kNumNodes));
-    const int b = static_cast<int>(random.Index(kNumNodes));
-    if (a != b) pairs.emplace_back(a, b);
-  }
-  for (const auto& [i, j] : pairs) {
-    const int a = 7 * i + 3;
-    const int b = 7 * j + 3;
-    Matrix6d spread = 0.1 * Matrix6d::Identity();
-    for (int k = 0; k < 6; ++k) spread.col(k) += Noise(0.03, random);
-    const Rigid3 exact = scene.truth[b].Inverse() * scene.truth[a];
-    scene.edges.push_back(
-        {a, b, PerturbLeft(Noise(noise, random), exact), spread * spread.transpose(), false});
-  }
-  for (const auto& [idx, pose] : scene.truth) {
-    scene.start[idx] = idx == 3 ? pose : PerturbLeft(Noise(0.05, random), pose);
-  }
-  return scene;
-}
-
-std::vector<double> Ones(const Scene& scene) { return std::vector<double>(scene.edges.size(), 1); }
-
-TEST(EdgeError, IsZeroWherePosesFitAndTheSameForBothSignsOfAQuaternion) {
-  const Scene scene = MakeScene(0);
-  for (const PoseEdge& edge : scene.edges) {
-    Rigid3 a = scene.truth.at(edge.frame_a);
-    const Rigid3& b = scene.truth.at(edge.frame_b);
-    EXPECT_LT(EdgeError(edge).Residual(a, b).norm(), 1e-10);
-    const Rigid3 moved = scene.start.at(edge.frame_b);
-    const Vector6d residual = EdgeError(edge).Residual(a, moved);
-    a.rotation.coeffs() *= -1;
-    EXPECT_LT((EdgeError(edge).Residual(a, moved) - residual).norm(), 1e-10);
-  }
-}
-
-TEST(EdgeError, DerivativesAreThoseOfTheResidual) {
-  constexpr double kStep = 1e-6;
-  const Scene scene = MakeScene(0.3);
-  for (const PoseEdge& edge : scene.edges) {
-    const EdgeError error(edge);
-    const Rigid3 a = scene.start.at(edge.frame_a);
-    const Rigid3 b = scene.start.at(edge.frame_b);
-    const EdgeError::Linear linear = error.Linearize(a, b);
-    EXPECT_LT((linear.residual - error.Residual(a, b)).norm(), 1e-12);
-    for (int i = 0; i < 6; ++i) {
-      const Rigid3 there = PerturbLeft(kStep * Vector6d::Unit(i), Rigid3());
-      const Rigid3 back = PerturbLeft(-kStep * Vector6d::Unit(i), Rigid3());
-      const Vector6d by_a =
-          (error.Residual(a * there, b) - error.Residual(a * back, b)) / (2 * kStep);
-      const Vector6d by_b =
-          (error.Residual(a, b * there) - error.Residual(a, b * back)) / (2 * kStep);
-      EXPECT_LT((linear.by_a.col(i) - by_a).norm(), 1e-6 * linear.by_a.norm());
-      EXPECT_LT((linear.by_b.col(i) - by_b).norm(), 1e-6 * linear.by_b.norm());
-    }
-  }
+std::vector<double> Ones(const GraphScene& scene) {
+  return std::vector<double>(scene.edges.size(), 1);
 }
 
 TEST(GraphSolver, ExactEdgesGiveTheTruth) {
-  const Scene scene = MakeScene(0);
+  const GraphScene scene = MakeGraphScene(0);
   GraphSolver solver(scene.edges, scene.start);
   const GraphSummary summary = solver.Solve(Ones(scene), kMaxSteps);
   EXPECT_TRUE(summary.has_converged);
@@ -104,7 +28,7 @@ TEST(GraphSolver, ExactEdgesGiveTheTruth) {
   }
 }
 
-double Cost(const Scene& scene, const std::map<int, Rigid3>& poses) {
+double Cost(const GraphScene& scene, const std::map<int, Rigid3>& poses) {
   double cost = 0;
   for (const PoseEdge& edge : scene.edges) {
     cost +=
@@ -114,7 +38,7 @@ double Cost(const Scene& scene, const std::map<int, Rigid3>& poses) {
 }
 
 TEST(GraphSolver, NoMoveOfAPoseLowersTheCost) {
-  const Scene scene = MakeScene(0.1);
+  const GraphScene scene = MakeGraphScene(0.1);
   GraphSolver solver(scene.edges, scene.start);
   const GraphSummary summary = solver.Solve(Ones(scene), kMaxSteps);
   EXPECT_TRUE(summary.has_converged);
@@ -136,7 +60,7 @@ TEST(GraphSolver, NoMoveOfAPoseLowersTheCost) {
 }
 
 TEST(GraphSolver, TheFirstPoseStaysAndAnEdgeWithoutWeightCountsForNothing) {
-  Scene scene = MakeScene(0.05);
+  GraphScene scene = MakeGraphScene(0.05);
   GraphSolver without(scene.edges, scene.start);
   std::ignore = without.Solve(Ones(scene), kMaxSteps);
   EXPECT_EQ(without.Poses()[0].Matrix(), scene.start.at(3).Matrix());
@@ -151,13 +75,13 @@ TEST(GraphSolver, TheFirstPoseStaysAndAnEdgeWithoutWeightCountsForNothing) {
 }
 
 TEST(GraphSolver, EdgesLoseAndRegainTheirWeight) {
-  const Scene scene = MakeScene(0.05);
+  const GraphScene scene = MakeGraphScene(0.05);
   std::vector<double> chain_only = Ones(scene);
   std::fill(chain_only.begin() + kNumNodes - 1, chain_only.end(), 0);
-  Scene chain = scene;
+  GraphScene chain = scene;
   chain.edges.resize(kNumNodes - 1);
   GraphSolver solver(scene.edges, scene.start);
-  const auto expect_as_of = [&](const Scene& expected, const std::vector<double>& weights) {
+  const auto expect_as_of = [&](const GraphScene& expected, const std::vector<double>& weights) {
     std::ignore = solver.Solve(weights, kMaxSteps);
     GraphSolver fresh(expected.edges, scene.start);
     std::ignore = fresh.Solve(Ones(expected), kMaxSteps);
@@ -229,7 +153,7 @@ TEST(GraphSolver, ALargeRingIsClosedInFewSteps) {
 
 // Where a loop that joins a part has lost its weight, nothing holds the part.
 TEST(GraphSolver, APartThatNothingHoldsKeepsItsShape) {
-  const Scene scene = MakeScene(0);
+  const GraphScene scene = MakeGraphScene(0);
   std::vector<PoseEdge> edges(scene.edges.begin(), scene.edges.begin() + kNumNodes - 1);
   std::vector<double> weights(edges.size(), 1);
   weights[20] = 0;
@@ -244,7 +168,7 @@ TEST(GraphSolver, APartThatNothingHoldsKeepsItsShape) {
 
 // The full step from afar raises the cost.
 TEST(GraphSolver, EachStepLowersTheCost) {
-  Scene scene = MakeScene(0.1);
+  GraphScene scene = MakeGraphScene(0.1);
   Random random(8);
   for (auto& [idx, pose] : scene.start) pose = RandomPose(random);
   GraphSolver solver(scene.edges, scene.start);
@@ -265,7 +189,7 @@ TEST(GraphSolver, OnePoseIsSolved) {
 }
 
 TEST(GraphSolver, ACostThatIsNoNumberIsAnError) {
-  Scene scene = MakeScene(0);
+  GraphScene scene = MakeGraphScene(0);
   scene.start[10].translation.x() = std::nan("");
   GraphSolver solver(scene.edges, scene.start);
   NIGHTMAP_EXPECT_ERROR(DataError, solver.Solve(Ones(scene), kMaxSteps), "was not optimized");
