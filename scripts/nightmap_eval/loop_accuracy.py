@@ -4,6 +4,7 @@
 from collections import Counter
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from nightmap_eval.artifacts import read_csv, read_hdf5
 from nightmap_eval.trajectory import angles_deg, rotation_matrices, travelled_m
@@ -57,13 +58,19 @@ def is_true_loop(row, relative, rotation_of, position_of, max_error_m):
 def revisiting_frames(frame_idxs, truth):
     """Frames whose view the camera saw before, at least REVISIT_PATH_M of path back."""
     path_m, rotations, revisits = travelled_m(truth.positions_m), truth.rotations(), []
+    num_earlier, places = np.searchsorted(path_m, path_m - REVISIT_PATH_M, side="right"), cKDTree(truth.positions_m)
     for i, frame_idx in enumerate(frame_idxs):
-        earlier = np.flatnonzero(path_m <= path_m[i] - REVISIT_PATH_M)
-        near = np.linalg.norm(truth.positions_m[earlier] - truth.positions_m[i], axis=1) < REVISIT_M
-        turned = rotations[earlier[near]].transpose(0, 2, 1) @ rotations[i]
+        near = np.array(places.query_ball_point(truth.positions_m[i], np.nextafter(REVISIT_M, 0)))  # itself, too
+        turned = rotations[near[near < num_earlier[i]]].transpose(0, 2, 1) @ rotations[i]
         if len(turned) and angles_deg(turned).min() < REVISIT_DEG:
             revisits.append(int(frame_idx))
     return revisits
+
+
+def near_any(frame_idxs, others, reach):
+    """Whether one of `others` (ascending) lies within `reach` of each frame."""
+    after = np.searchsorted(others, np.asarray(frame_idxs) - reach)
+    return np.r_[others, np.inf][after] <= np.asarray(frame_idxs) + reach
 
 
 def loop_metrics(rows, relative, frame_idxs, truth, max_error_m=MAX_ERROR_M):
@@ -73,12 +80,10 @@ def loop_metrics(rows, relative, frame_idxs, truth, max_error_m=MAX_ERROR_M):
     accepted = [row for row in rows if row["status"] == "accepted"
                 and row["frame_a"] in rotation_of and row["frame_b"] in rotation_of]  # fmt: skip
     is_true = [is_true_loop(row, relative, rotation_of, position_of, max_error_m) for row in accepted]
-    closing = np.array(sorted(row["frame_b"] for row, good in zip(accepted, is_true) if good))
     revisits = revisiting_frames(frame_idxs, truth)
-    closed = [idx for idx in revisits if len(closing)
-              and np.abs(closing - idx).min() <= REVISIT_FRAMES]  # fmt: skip
+    closed = near_any(revisits, sorted(row["frame_b"] for row, good in zip(accepted, is_true) if good), REVISIT_FRAMES)
     return {
         "num_false_accepted": len(is_true) - sum(is_true),
         "num_revisiting_frames": len(revisits),
-        "revisits_closed_percent": 100 * len(closed) / len(revisits) if revisits else None,
+        "revisits_closed_percent": 100 * float(np.mean(closed)) if revisits else None,
     }

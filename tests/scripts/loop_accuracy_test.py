@@ -49,6 +49,22 @@ class LoopMetricsTest(FolderTest):
         partly = metrics(loop(0, 40))["revisits_closed_percent"]
         self.assertAlmostEqual(partly, 100 * 11 / 15)
 
+    def test_revisits_are_those_of_all_pairs(self):
+        rng = np.random.default_rng(2)
+        turns_rad = rng.uniform(-0.4, 0.4, 300)
+        truth = make_trajectory([(i, (*rng.uniform(0, 3, 2), 0), (0, 0, np.sin(turn / 2), np.cos(turn / 2)))
+                                 for i, turn in enumerate(turns_rad)], "truth")  # fmt: skip
+        path_m = np.r_[0, np.cumsum(np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1))]
+
+        def sees_again(a, b):
+            return (path_m[a] <= path_m[b] - loop_accuracy.REVISIT_PATH_M
+                    and np.linalg.norm(truth.positions_m[a] - truth.positions_m[b]) < loop_accuracy.REVISIT_M
+                    and abs(turns_rad[a] - turns_rad[b]) < np.radians(loop_accuracy.REVISIT_DEG))  # fmt: skip
+
+        expected = [b for b in range(300) if any(sees_again(a, b) for a in range(b))]
+        self.assertTrue(0 < len(expected) < 290)
+        self.assertEqual(loop_accuracy.revisiting_frames(np.arange(300), truth), expected)
+
     def test_no_revisit_no_figure(self):
         half = FRAMES[:20]
         figures = loop_accuracy.loop_metrics([], {}, half, TRUTH.select(half))
