@@ -41,8 +41,8 @@ class InvertedFile {
                             int before_frame_idx = -1) const;
 
   // Likewise, of all frames, by the rarest of the words, which tell places apart: as many as have
-  // `max_postings` in all, and at least `min_words`. So a query costs the same in a map of any
-  // size.
+  // `max_postings` in all, and at least `min_words`. So a query costs hardly more in a
+  // larger map.
   std::vector<Result> QueryRarest(const std::vector<int>& words,
                                   int count,
                                   std::size_t min_words,

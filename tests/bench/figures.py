@@ -81,11 +81,13 @@ LONG = {
     "bench_page": ("make map evaluate localize SITE=building DATA={data} MAPS={maps}",
                    "bench_page.py {maps}/building --data {data} --page {page}"),
     "bench_night": ("make map localize SITE=building DATA={data} MAPS={maps}",
-                    "bench_night.py {maps}/building --data {data} --build {build} --threads {threads} --page {page}"),
+                    "bench_night.py {maps}/building --frames 10000 200000 --unit 27 38 "
+                    "--data {data} --build {build} --threads {threads} --page {page}"),
     "bench_night_laser": ("make map SITE=demo_laser DATA={data} MAPS={maps}",
-                          "bench_night_laser.py {maps}/demo_laser --build {build} --threads {threads} --page {page}"),
+                          "bench_night_laser.py {maps}/demo_laser --scans 5000 50000 --build {build} --threads {threads} --page {page}"),
     "bench_night_ceiling": ("make map SITE=ceiling_office DATA={data} MAPS={maps}",
-                            "bench_night_ceiling.py {maps}/ceiling_office --data {data} --build {build} --threads {threads} --page {page}"),
+                            "bench_night_ceiling.py {maps}/ceiling_office --pictures 5000 200000 "
+                            "--data {data} --build {build} --threads {threads} --page {page}"),
     # Recordings with people pasted into them by tests/bench/people/paste_people.py.
     "people": (f"{SEEDS} {' '.join(PEOPLE)} --name people --data {{data}}",),
 }  # fmt: skip

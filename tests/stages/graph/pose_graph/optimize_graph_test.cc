@@ -72,6 +72,13 @@ TEST(OptimizeGraph, WrongLoopsAreRefusedAndRightOnesKept) {
   EXPECT_NEAR(WorstError_m(scene), WorstError_m(clean), 1e-4);
 }
 
+TEST(OptimizeGraph, ALoopFromFarAwayTakesFewRounds) {
+  Scene scene = MakeScene(1);
+  scene.edges.back().edge.b_from_a.translation *= 1e4;
+  EXPECT_LE(OptimizeGraph(6, &scene.edges, &scene.poses).num_rounds, 15);
+  EXPECT_EQ(scene.edges.back().weight, 0);
+}
+
 TEST(OptimizeGraph, MovingTheWholeGraphChangesNothing) {
   Scene scene = MakeScene(2);
   Scene moved = scene;
